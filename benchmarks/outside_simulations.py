@@ -20,9 +20,9 @@ from scipy.signal import lfilter
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the known systems are the tests' own
 
+from slipbench.identification.mismatch.reporting.verdict import Verdict
 from slipbench.identification.mismatch.runs import read_system
 from slipbench.identification.mismatch.simulation.system import System
-from slipbench.identification.mismatch.telling.verdict import Verdict
 from slipbench.protocol.recording.recording import Recording
 from tests.identification.mismatch.callables import springs
 from tests.identification.mismatch.callables.fmus.building import build, with_file

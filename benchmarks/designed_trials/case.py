@@ -16,10 +16,10 @@ from slipbench.identification.experiments.evidence import expected_evidence
 from slipbench.identification.experiments.hypothesis import NOTHING, Hypothesis, hypotheses_of
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
+from slipbench.identification.mismatch.naming.candidates import place_on_the_road
 from slipbench.identification.mismatch.naming.named import ALIKE
 from slipbench.identification.mismatch.naming.plausibility import SENSORS
 from slipbench.identification.mismatch.naming.score import SHOWN
-from slipbench.identification.mismatch.naming.tried import place_on_the_road
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.effects.library import LIBRARY
 from slipbench.plant.errors import PlantError
@@ -74,7 +74,7 @@ def _not_excited(
         if _nats(planned, (_exact(effect), nothing)) < SHOWN:
             there, share = bool(rng.integers(2)), float(rng.uniform(*SIZES))
             assert effect.candidate is not None
-            hidden = (effect.candidate.times(share).effect(),) if there else ()
+            hidden = (effect.candidate.amplified(share).effect(),) if there else ()
             return Case((effect, nothing), effect.name if there else NOTHING, hidden)
     return None
 
@@ -117,7 +117,7 @@ def _exact(one: Hypothesis) -> Hypothesis:
 def _at(one: Hypothesis, share: float) -> Hypothesis:
     """A hypothesis whose size is known to a third about a share of the typical one."""
     assert one.candidate is not None
-    sized = one.candidate.times(share)
+    sized = one.candidate.amplified(share)
     return Hypothesis(sized, abs(sized.size) / 3.0)
 
 

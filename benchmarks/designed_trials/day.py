@@ -28,9 +28,12 @@ from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.motorcycle.menu import RPM, Choice, excitation_table
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
+from slipbench.identification.mismatch.reporting.improved import improved_system
+from slipbench.identification.mismatch.reporting.open_questions import (
+    OpenQuestions,
+    StatedHypothesis,
+)
 from slipbench.identification.mismatch.simulation.piece import Piece
-from slipbench.identification.mismatch.telling.improved import improved_system
-from slipbench.identification.mismatch.telling.open_questions import OpenQuestions, StatedHypothesis
 from slipbench.plant.vehicle_file import Vehicle, load_vehicle
 from slipbench.plant.vehicle_writer import save_vehicle
 from slipbench.plant.vehicles import NOMINAL
@@ -186,7 +189,7 @@ def _asked(case: Case, folder: Path, runs: Sequence[str]) -> Asked:
 def _stated(one: Hypothesis) -> StatedHypothesis:
     if one.candidate is None:
         return StatedHypothesis(effect=NOTHING)
-    dials, whole = one.candidate.dials, one.candidate.whole
+    dials, whole = one.candidate.parameters, one.candidate.integers
     return StatedHypothesis(effect=one.name, dials=dials, whole=whole, spread=one.spread)
 
 

@@ -10,8 +10,8 @@ from benchmarks.model_files.simulated import drawn, nominal, recorded
 from benchmarks.model_files.systems import PLANTS, Plant
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.verdict import Verdict
 from slipbench.plant.errors import PlantError
 from slipbench.protocol.recording.recording import Recording
 

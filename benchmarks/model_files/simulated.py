@@ -8,7 +8,7 @@ import numpy as np
 import tomli_w
 
 from benchmarks.model_files.systems import Plant
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
@@ -21,7 +21,7 @@ FINER = 16
 FARTHEST = 1.8
 """Standard deviations by which a number of the plant may differ from the file."""
 NORMAL_95 = 1.96
-CHAIN = Chain({"system": ()}, ())
+CHAIN = CausalPartition({"system": ()}, ())
 Signals = Mapping[str, Floats]
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import optimize
 
-from slipbench.identification.mismatch.simulation.lattice import NO_LATTICE
+from slipbench.identification.mismatch.simulation.quantization import NO_GRID
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.errors import PlantError
@@ -66,12 +66,12 @@ def _initial_state(system: System, record: Record, first: int, noise: float) -> 
 
 def _simulate(system: System, record: Record, q: Floats) -> tuple[Floats, Floats]:
     """Return what the simulation shows at the samples of the record, and what they are, SI."""
-    chain = system.chain([record])
-    [block] = chain.blocks
-    sensor = replace(record.sensors[block.outputs[0]], lattice=NO_LATTICE)
+    partition = system.partition([record])
+    [block] = partition.groups
+    sensor = replace(record.sensors[block.outputs[0]], quantization=NO_GRID)
     assert sensor.time is not None
-    assert sensor.told is not None
-    out = system.simulate(record, chain, block.drive, q, {})
+    assert sensor.samples_read is not None
+    out = system.simulate(record, partition, block.subsystem, q, {})
     shown = sensor.samples(out, system.effects, 0.0, np.zeros(sensor.time.size))
     within = sensor.time <= record.grid.step * record.grid.rows
-    return shown[within], sensor.told[within]
+    return shown[within], sensor.samples_read[within]

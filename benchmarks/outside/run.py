@@ -24,11 +24,11 @@ from benchmarks.real.run import DOCS, TRIALS, import_captures
 from slipbench.identification.mismatch.analysis import Analysis, accepted, unexplained
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.memo import sentence
 from slipbench.identification.mismatch.runs import open_analysis
 from slipbench.identification.mismatch.simulation.piece import Piece
 from slipbench.identification.mismatch.simulation.system import System
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.memo import sentence
 
 BUILD = Path("build/outside")
 PAGE = DOCS / "outside.md"
@@ -77,7 +77,7 @@ def _result(benchmark: Benchmark) -> dict[str, Any]:
 
 def _errors(benchmark: Benchmark, a: Analysis) -> list[dict[str, Any]]:
     """Errors of every system on every test, in the benchmark's unit."""
-    noise = float(np.sqrt(np.mean(np.concatenate(accepted(a).rest[0]) ** 2)))
+    noise = float(np.sqrt(np.mean(np.concatenate(accepted(a).residuals[0]) ** 2)))
     found = []
     for test in benchmark.tests:
         recording = Piece.of(REAL / "runs" / test.run).read()

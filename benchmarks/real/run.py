@@ -24,14 +24,14 @@ from slipbench.identification.mismatch.analysis import Analysis, accepted, begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import simulated_only
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.improved import improved_system
+from slipbench.identification.mismatch.reporting.memo import sentence
+from slipbench.identification.mismatch.reporting.verdict import as_tree
 from slipbench.identification.mismatch.runs import open_analysis
 from slipbench.identification.mismatch.simulation.model import Model, models
 from slipbench.identification.mismatch.simulation.piece import Piece
 from slipbench.identification.mismatch.systems.system import ModelSystem
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.improved import improved_system
-from slipbench.identification.mismatch.telling.memo import sentence
-from slipbench.identification.mismatch.telling.verdict import as_tree
 from slipbench.protocol.recording.import_log import Capture as Import
 from slipbench.protocol.recording.import_log import import_capture
 
@@ -153,9 +153,9 @@ def _by_record(a: Analysis, model: Model | None) -> list[dict[str, object]]:
     assert model is not None
     found: list[dict[str, object]] = []
     fits = list(_fits(a, model))
-    for b, block in enumerate(model.chain.blocks):
+    for b, block in enumerate(model.partition.groups):
         for r, record in enumerate(model.records):
-            errors = [float(np.sqrt(np.mean(fit.rest[b][r] ** 2))) for fit in fits]
+            errors = [float(np.sqrt(np.mean(fit.residuals[b][r] ** 2))) for fit in fits]
             found.append({"record": record.name, "output": block.name, "errors": errors})
     return found
 
@@ -163,7 +163,7 @@ def _by_record(a: Analysis, model: Model | None) -> list[dict[str, object]]:
 def _draw(a: Analysis, path: Path) -> None:
     assert a.held_out is not None
     record, fits = a.held_out.records[0], list(_fits(a, a.held_out))
-    block = a.held_out.chain.blocks[0]
+    block = a.held_out.partition.groups[0]
     unit = record.sensors[block.outputs[0]].unit
     shown = slice(0, min(MOST, record.grid.bins))
     figure, (above, below) = plt.subplots(2, 1, figsize=(7, 4.2), sharex=True)
@@ -171,7 +171,7 @@ def _draw(a: Analysis, path: Path) -> None:
     above.plot(t, a.held_out.measured[0][0][shown, 0], color="0.2", lw=1, label="recorded")
     above.plot(t, fits[2].predicted[0][0][shown, 0], color="C0", lw=1, label="improved")
     for fit, colour, label in ((fits[0], "C1", "nominal"), (fits[2], "C0", "improved")):
-        below.plot(t, fit.rest[0][0][shown, 0], color=colour, lw=0.9, label=label)
+        below.plot(t, fit.residuals[0][0][shown, 0], color=colour, lw=0.9, label=label)
     above.set(ylabel=f"{block.name} / {unit}", title=f"held out: {record.name}")
     below.set(xlabel="time / s", ylabel=f"residual / {unit}")
     for axes in (above, below):

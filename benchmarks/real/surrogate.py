@@ -26,7 +26,7 @@ def surrogate(system: ModelSystem, recording: Recording, seed: int) -> Recording
     record = system.prepare(recording)
     model = models(system, [record])[0]
     slow = simulated_only(model, system, start_fit(model, model.origin())).point.q[0]
-    simulated = system.simulate(record, model.chain, DRIVE, slow, {})
+    simulated = system.simulate(record, model.partition, DRIVE, slow, {})
     channels = dict(recording.channels)
     for name in record.sensors:
         output = system.file.outputs[name]

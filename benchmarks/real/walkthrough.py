@@ -19,9 +19,9 @@ from benchmarks.real.run import BUILD, DOCS, _import, _model
 from slipbench.identification.mismatch.analysis import Analysis
 from slipbench.identification.mismatch.explain import NAMES, analyse
 from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.memo import sentence
 from slipbench.identification.mismatch.runs import open_analysis
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.memo import sentence
 
 CASE = next(case for case in CASES if case.name == "silverbox")
 PAGE = DOCS / "how_a_mismatch_is_explained.md"
@@ -101,7 +101,7 @@ fully, together with all parameters (`naming/fits.py`).
 An effect is accepted where it gains at least 12 nats, where its size is certain against errors that hang together, over all that
 was tried (5 % of false alarms in the whole family), and where the held-out recordings do not contradict it
 (`naming/acceptance.py`, `naming/certainty.py`). Where several are accepted, each is exchanged for others once; then each is
-left out once, and must be missed (`naming/search.py`). Accepted: {names}; together {a.named.gain:.0f} nats.
+left out once, and must be missed (`naming/search.py`). Accepted: {names}; together {a.named.log_likelihood_gain:.0f} nats.
 
 {_effects(a)}
 
@@ -150,7 +150,7 @@ def _parameters(a: Analysis) -> str:
 
 def _curves(a: Analysis) -> str:
     rows = (
-        f"| {c.place} | {c.regressor} | {c.gain:.0f} | {c.confirmed:.0f} | {c.p:.1e} |"
+        f"| {c.place} | {c.regressor} | {c.log_likelihood_gain:.0f} | {c.confirmed:.0f} | {c.p:.1e} |"
         for c in a.before[:SHOWN]
     )
     return _table("place | along | gain in training, nats | held out, nats | p, family-wise", rows)
@@ -159,7 +159,7 @@ def _curves(a: Analysis) -> str:
 def _scores(a: Analysis) -> str:
     assert a.named is not None
     rows = (
-        f"| {s.candidate.name} | {s.gain:.0f} | {100 * s.kept:.0f} |"
+        f"| {s.candidate.name} | {s.log_likelihood_gain:.0f} | {100 * s.kept:.0f} |"
         for s in a.named.scores[:SHOWN]
     )
     return _table("effect | predicted gain, nats | share that calibration cannot hide, %", rows)
@@ -205,12 +205,12 @@ def _draw_residuals(a: Analysis, path: Path) -> None:
     assert a.held_out is not None
     record = a.held_out.records[0]
     t = record.grid.centre
-    block = a.held_out.chain.blocks[0]
+    block = a.held_out.partition.groups[0]
     figure, axes = plt.subplots(figsize=(7, 3))
     labels = ("as written", "re-calibrated", "improved")
     fit: Fit
     for fit, label, colour in zip(a.proof, labels, ("0.75", "C1", "C0"), strict=True):
-        axes.plot(t, fit.rest[0][0][:, 0], color=colour, lw=0.8, label=label)
+        axes.plot(t, fit.residuals[0][0][:, 0], color=colour, lw=0.8, label=label)
     unit = record.sensors[block.outputs[0]].unit
     axes.set(xlabel="time / s", ylabel=f"residual of {block.name} / {unit}")
     axes.legend(loc="upper right", fontsize=8, frameon=False)

@@ -22,7 +22,8 @@ def decoding() -> Iterator[None]:
 def _decode(ready: "multiprocessing.synchronize.Event") -> None:
     from decode import ours, traffic
 
-    from slipbench.protocol.database.database import MOTORBIKE, load_database
+    from slipbench.dbc import MOTORBIKE
+    from slipbench.protocol.database.database import load_database
 
     database = load_database(MOTORBIKE)
     log = traffic(database, 200_000)

@@ -26,7 +26,8 @@ def drive(seconds: float, seed: int = 11) -> FrameLog:
     """Random log of irregular traffic."""
     from decode import traffic
 
-    from slipbench.protocol.database.database import MOTORBIKE, load_database
+    from slipbench.dbc import MOTORBIKE
+    from slipbench.protocol.database.database import load_database
 
     log = traffic(load_database(MOTORBIKE), round(seconds * RATE), seed)
     random = np.random.default_rng(seed)
@@ -47,7 +48,7 @@ def slipbench(path: Path, seconds: float) -> list[Row | str]:
         running.begin()
         while (report := running.report(within=1.0)) is None:
             pass
-        return [kernel.result(), Row("slipbench replay: sent", report.replayed.known)]
+        return [kernel.result(), Row("slipbench replay: sent", report.replayed.of_sent_frames)]
 
 
 def python_can(path: Path) -> Row:

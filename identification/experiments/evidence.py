@@ -69,16 +69,21 @@ def rehearsed(known: Fit, choice: Choice) -> Linearization:
     fit.__dict__["nuisances"] = Nuisances(columns)
     z = np.zeros(columns.shape[1])
     nuisances = fit.nuisances
-    return Linearization(fit, nuisances, nuisances.left(fit.aim, z), nuisances.grouped(fit.groups))
+    return Linearization(
+        fit,
+        nuisances,
+        nuisances.projected_residuals(fit.whitened_residuals, z),
+        nuisances.clustered(fit.clusters),
+    )
 
 
 def _offsets(fit: Fit) -> Floats:
     """Whitened responses to a constant of each output, (rows, outputs), so large that priors are none."""
     model = fit.model
-    width = sum(len(block.outputs) for block in model.chain.blocks)
+    width = sum(len(block.outputs) for block in model.partition.groups)
     found = [[np.zeros((*m.shape, width)) for m in ms] for ms in model.measured]
     first = 0
-    for block, series in zip(model.chain.blocks, found, strict=True):
+    for block, series in zip(model.partition.groups, found, strict=True):
         for one in series:
             for j in range(len(block.outputs)):
                 one[:, j, first + j] = 1.0
@@ -118,7 +123,7 @@ class _Response:
             rows = len(linear.nuisances.columns)
             return cls(np.zeros((rows, 1)), np.zeros((rows, 0)))
         sizes = hypothesis.sizes()
-        found = linear.signatures([*sizes, *_moved(candidate)])
+        found = linear.effect_responses([*sizes, *_moved(candidate)])
         drawn, about = found[:, : len(sizes)], found[:, len(sizes) :]
         return cls(drawn, _columns(candidate, about), *_ends(candidate))
 
@@ -144,7 +149,7 @@ def _left(linear: Linearization, response: Floats, other: _Response) -> float:
 
 def _moved(candidate: Candidate) -> list[Candidate]:
     """The effect as it is most likely, then with each of its shapes a step away."""
-    unit = np.eye(len(candidate.dials))
+    unit = np.eye(len(candidate.parameters))
     steps = candidate.difference_steps[1:]
     return [candidate, *(candidate.moved(s * unit[i]) for i, s in enumerate(steps, start=1))]
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.sizing import sizes
-from slipbench.identification.mismatch.naming.tried import candidates
-from slipbench.identification.mismatch.telling.open_questions import (
+from slipbench.identification.mismatch.naming.candidates import candidates
+from slipbench.identification.mismatch.reporting.open_questions import (
     TYPICAL_SPREAD,
     StatedHypothesis,
 )
@@ -84,15 +84,15 @@ def stated(one: StatedHypothesis, library: Sequence[type[Effect]], where: str) -
     candidate = typical.candidate
     if candidate is None:
         return typical
-    if (len(one.dials), len(one.whole)) != (len(candidate.dials), len(candidate.whole)):
+    if (len(one.dials), len(one.whole)) != (len(candidate.parameters), len(candidate.integers)):
         raise InputError(
             f"{one.effect}: not the numbers of this effect",
             where=where,
-            expected=f"{len(candidate.dials)} dials and {len(candidate.whole)} whole numbers",
+            expected=f"{len(candidate.parameters)} dials and {len(candidate.integers)} whole numbers",
             found=f"{len(one.dials)} and {len(one.whole)}",
             remedy="analyse again with this version of slipbench",
         )
-    fitted = replace(candidate, dials=one.dials, whole=one.whole).within()
+    fitted = replace(candidate, parameters=one.dials, integers=one.whole).within()
     return Hypothesis(fitted, one.spread)
 
 

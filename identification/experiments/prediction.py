@@ -34,10 +34,10 @@ from slipbench.identification.mismatch.fit.following import relinearized
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
 from slipbench.identification.mismatch.naming.fits import fitted
+from slipbench.identification.mismatch.reporting.open_questions import TYPICAL_SPREAD
 from slipbench.identification.mismatch.simulation.model import Model, models, predict
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
-from slipbench.identification.mismatch.telling.open_questions import TYPICAL_SPREAD
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
@@ -70,7 +70,7 @@ def run_evidence(
     """
     before, after = models(system, earlier, [new])
     base = calibrate(before, before.origin())
-    power = min(1.0, 1.0 / base.scatter.inflation)
+    power = min(1.0, 1.0 / base.variance_inflation.inflation)
     known = dict[tuple[str, bool], float | None]()
     found = []
     for question in questions:
@@ -106,12 +106,12 @@ def _learnt(base: Fit, hypothesis: Hypothesis, as_stated: bool, power: float) ->
         if fit is None:
             return None
         own = fit.effects[-1]
-        return _posterior(fit, np.asarray(own.dials), np.asarray(own.deviations), power)
+        return _posterior(fit, np.asarray(own.parameters), np.asarray(own.deviations), power)
     found = _beside(base, candidate)
     if found is None:
         return None
     fit = replace(found, candidates=(candidate,))
-    spread = np.ones(len(candidate.dials))
+    spread = np.ones(len(candidate.parameters))
     spread[0] = hypothesis.spread or TYPICAL_SPREAD * abs(candidate.size)
     return _posterior(fit, np.zeros(spread.size), spread, power)
 
@@ -136,10 +136,10 @@ def _posterior(fit: Fit, off: Floats, spread: Floats, power: float) -> Learnt:
     """Gaussian about a fit. off: of the dials from their prior means; spread: prior deviations."""
     z, columns = coordinates_of(fit.point), fit.nuisances.columns
     if spread.size:
-        columns = np.concatenate((columns, fit.columns), axis=1)
+        columns = np.concatenate((columns, fit.effect_columns), axis=1)
     weights = np.concatenate((np.ones(z.size), spread**-2.0))
     normal = power * columns.T @ columns + np.diag(weights)
-    slope = power * columns.T @ fit.aim - weights * np.concatenate((z, off))
+    slope = power * columns.T @ fit.whitened_residuals - weights * np.concatenate((z, off))
     covariance = np.linalg.inv(normal)
     own = np.concatenate((_parameters(fit.model), z.size + np.arange(spread.size))).astype(int)
     return Learnt(
@@ -166,7 +166,7 @@ def _log_density(learnt: Learnt | None, model: Model) -> float | None:
     except PlantError:
         return None
     fit = Fit(model, there, predicted, learnt.fit.noise, slopes, learnt.fit.candidates)
-    return log_t_density(fit.aim, *_columns(fit, learnt)) - 0.5 * _log_scale(fit)
+    return log_t_density(fit.whitened_residuals, *_columns(fit, learnt)) - 0.5 * _log_scale(fit)
 
 
 def _columns(fit: Fit, learnt: Learnt) -> tuple[Floats, Floats]:
@@ -174,7 +174,7 @@ def _columns(fit: Fit, learnt: Learnt) -> tuple[Floats, Floats]:
     all_of_it, own = fit.nuisances.columns, _parameters(fit.model)
     shared = all_of_it[:, own]
     if fit.candidates:
-        shared = np.concatenate((shared, fit.columns), axis=1)
+        shared = np.concatenate((shared, fit.effect_columns), axis=1)
     of_this_run = np.delete(all_of_it, own, axis=1)
     spread = np.concatenate((shared @ learnt.factor, of_this_run), axis=1)
     return shared @ learnt.mean, spread
@@ -185,7 +185,7 @@ def _log_scale(fit: Fit) -> float:
     return float(
         sum(
             white.log_determinant(len(rest))
-            for white, rests in zip(fit.noise, fit.rest, strict=True)
+            for white, rests in zip(fit.noise, fit.residuals, strict=True)
             for rest in rests
         )
     )

@@ -12,13 +12,13 @@ from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.sensitivity import none
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
-from slipbench.identification.mismatch.simulation.model import models, predict
-from slipbench.identification.mismatch.simulation.piece import Piece
-from slipbench.identification.mismatch.telling.open_questions import (
+from slipbench.identification.mismatch.reporting.open_questions import (
     NAME,
     OpenQuestions,
     read_open_questions,
 )
+from slipbench.identification.mismatch.simulation.model import models, predict
+from slipbench.identification.mismatch.simulation.piece import Piece
 from slipbench.protocol.configuration import load_toml, parse
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.run_folder import TRIAL, VEHICLE

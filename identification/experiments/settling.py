@@ -23,8 +23,8 @@ from slipbench.identification.experiments.sequential_test import (
     standing,
 )
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
+from slipbench.identification.mismatch.reporting.open_questions import OpenQuestions
 from slipbench.identification.mismatch.simulation.piece import Piece
-from slipbench.identification.mismatch.telling.open_questions import OpenQuestions
 
 
 @dataclass(frozen=True)

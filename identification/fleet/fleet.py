@@ -8,11 +8,11 @@ from typing import Any
 from slipbench.identification.cluster import Workers, done_by
 from slipbench.identification.fleet.fleet_file import Entry
 from slipbench.identification.mismatch.explain import known_so_far
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.memo import sentence
+from slipbench.identification.mismatch.reporting.output import with_training, write_outputs
+from slipbench.identification.mismatch.reporting.verdict import as_tree
 from slipbench.identification.mismatch.runs import open_analysis
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.memo import sentence
-from slipbench.identification.mismatch.telling.output import with_training, write_outputs
-from slipbench.identification.mismatch.telling.verdict import as_tree
 from slipbench.protocol.errors import InputError
 
 TABLE, VERDICT = "fleet.md", "verdict.json"

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from slipbench.identification.mismatch.curves.adequacy import Remainder
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.operating_region import OperatingRegion
-from slipbench.identification.mismatch.curves.sufficiency import Remainder
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import Error, Veto
 from slipbench.identification.mismatch.naming.named import ALIKE, Named
@@ -91,9 +91,14 @@ def where_found(a: Analysis) -> Curve | None:
     located = a.before[0] if a.before and a.before[0].certain else None
     if located is None or a.free is None or a.free.curve.place == located.place:
         return located
-    if a.free.gain < located.gain + ALIKE:
+    if a.free.log_likelihood_gain < located.log_likelihood_gain + ALIKE:
         return located
-    return replace(a.free.curve, gain=a.free.gain, confirmed=a.free.confirmed, p=located.p)
+    return replace(
+        a.free.curve,
+        log_likelihood_gain=a.free.log_likelihood_gain,
+        confirmed=a.free.confirmed,
+        p=located.p,
+    )
 
 
 def _certain(curves: Sequence[Curve]) -> bool:
@@ -104,7 +109,7 @@ def equivalents(named: Named) -> list[tuple[str, ...]]:
     """Classes of names that these recordings do not tell apart, the accepted one first."""
     return [
         (found, *others)
-        for found, behind in named.rivals.items()
+        for found, behind in named.competing.items()
         if (others := [other for other, nats in behind.items() if nats < ALIKE])
     ]
 

@@ -13,8 +13,8 @@ from slipbench.protocol.shipped_files import completion_of, file_of
 if TYPE_CHECKING:
     from slipbench.identification.mismatch.analysis import Analysis
     from slipbench.identification.mismatch.predictive_check.order import Order
-    from slipbench.identification.mismatch.telling.check_result import Check
-    from slipbench.identification.mismatch.telling.verdict import Verdict
+    from slipbench.identification.mismatch.reporting.check_result import Check
+    from slipbench.identification.mismatch.reporting.verdict import Verdict
 
 EXAMPLE = (
     "Example: slipbench explain --vehicle vehicle.toml runs/sweep runs/square --held-out runs/other"
@@ -90,16 +90,16 @@ def explain_command(
     from slipbench.identification.mismatch.explain import known_so_far
     from slipbench.identification.mismatch.predictive_check.order import COUNT, SEED, Order
     from slipbench.identification.mismatch.predictive_check.stopwatch import seconds
-    from slipbench.identification.mismatch.runs import open_analysis
-    from slipbench.identification.mismatch.telling.check_in_words import check_lines
-    from slipbench.identification.mismatch.telling.conclude import verdict
-    from slipbench.identification.mismatch.telling.memo import lines
-    from slipbench.identification.mismatch.telling.memo_page import NOT_IN_THE_FILE, in_the_file
-    from slipbench.identification.mismatch.telling.output import (
+    from slipbench.identification.mismatch.reporting.check_in_words import check_lines
+    from slipbench.identification.mismatch.reporting.conclude import verdict
+    from slipbench.identification.mismatch.reporting.memo import lines
+    from slipbench.identification.mismatch.reporting.memo_page import NOT_IN_THE_FILE, in_the_file
+    from slipbench.identification.mismatch.reporting.output import (
         prepare_places,
         with_training,
         write_outputs,
     )
+    from slipbench.identification.mismatch.runs import open_analysis
 
     console = Console(stderr=True)
     _refuse_without_check(check, count=check_count, minutes=check_minutes, seed=check_seed)
@@ -138,7 +138,7 @@ def explain_command(
 
 def _print_written(path: Path) -> None:
     from slipbench.identification.mismatch.callables.fmu.fmu_file import is_of_an_fmu
-    from slipbench.identification.mismatch.telling.output import IMPROVED
+    from slipbench.identification.mismatch.reporting.output import IMPROVED
 
     typer.echo(f"written: {path}")
     if path.name.endswith(IMPROVED) and is_of_an_fmu(path):

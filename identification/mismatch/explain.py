@@ -13,12 +13,12 @@ from slipbench.identification.mismatch.analysis import (
     not_excited,
     unexplained,
 )
+from slipbench.identification.mismatch.curves.adequacy import remainder
 from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.fit_in_model import inside
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
-from slipbench.identification.mismatch.curves.inside import inside
 from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.curves.operating_region import operating_region, plainest
-from slipbench.identification.mismatch.curves.sufficiency import remainder
 from slipbench.identification.mismatch.curves.trace import effect_of
 from slipbench.identification.mismatch.fit.calibrate import (
     at_prior_mean,
@@ -26,6 +26,7 @@ from slipbench.identification.mismatch.fit.calibrate import (
     far_from_prior,
     hidden_by_noise,
 )
+from slipbench.identification.mismatch.fit.crank_phase import begun_at, lines
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import (
     CONFIRMED,
@@ -37,7 +38,6 @@ from slipbench.identification.mismatch.fit.held_out import (
 )
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import change
-from slipbench.identification.mismatch.fit.turned import begun_at, lines
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.next_trial import next_trial
 from slipbench.identification.mismatch.naming.search import MOST, Say, Search
@@ -138,7 +138,7 @@ def _headline(a: Analysis) -> str:
         return plainest(fit, trace)
     if a.before and a.before[0].certain:
         return plainest(a.base, effect_of(Linearization.of(a.base), a.before[0]))
-    return a.base.model.chain.blocks[-1].outputs[0]
+    return a.base.model.partition.groups[-1].outputs[0]
 
 
 def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
@@ -167,7 +167,9 @@ def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
 def _asked_of_pairs(a: Analysis) -> float:
     """Nats beyond the names that a pair must bring: a good part of what the free curve brings."""
     curves = a.after if a.named and a.named.names else a.before
-    found = max((c.gain for c in curves[:1] if unexplained(a) and c.certain), default=0.0)
+    found = max(
+        (c.log_likelihood_gain for c in curves[:1] if unexplained(a) and c.certain), default=0.0
+    )
     return max(ENOUGH, PART_OF_CURVE * found)
 
 

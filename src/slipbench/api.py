@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from slipbench.controllers.slip_controller import SlipController
     from slipbench.identification.mismatch.callables.call import Simulate
     from slipbench.identification.mismatch.callables.parameter import Parameter
-    from slipbench.identification.mismatch.telling.verdict import Verdict
+    from slipbench.identification.mismatch.reporting.verdict import Verdict
     from slipbench.identification.models.study import Study
     from slipbench.identification.response.identify import Identification
     from slipbench.plant.vehicle_file import Vehicle
@@ -264,8 +264,8 @@ def _explain_function(
     from slipbench.identification.mismatch.callables.function_system import function_system
     from slipbench.identification.mismatch.explain import known_so_far
     from slipbench.identification.mismatch.predictive_check.check import checked
+    from slipbench.identification.mismatch.reporting.output import write_improved
     from slipbench.identification.mismatch.runs import analysis_of
-    from slipbench.identification.mismatch.telling.output import write_improved
 
     ports = Ports(tuple(inputs), tuple(outputs), tuple(linear), period, dict(speeds or {}))
     training, proof = ([_in_memory(run) for run in runs] for runs in (recordings, held_out))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
     from slipbench.identification.experiments.envelope import Drawn
     from slipbench.identification.experiments.reading import BaseTrial
     from slipbench.identification.experiments.search import Designed, Problem
-    from slipbench.identification.mismatch.telling.open_questions import OpenQuestions
+    from slipbench.identification.mismatch.reporting.open_questions import OpenQuestions
 
 LOWER = 0.75  # from one amplitude to the next
 ATTEMPTS = 4  # amplitudes that are run before a trial is given up

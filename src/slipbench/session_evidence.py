@@ -25,7 +25,7 @@ def begun(session: "Session", folder: Path) -> bool:
     """Write the questions of the analysis for the rest of the session; whether there are any."""
     from slipbench.bench.session.session_folder import write_whole
     from slipbench.identification.experiments.settling import first_questions
-    from slipbench.identification.mismatch.telling.open_questions import NAME, read_open_questions
+    from slipbench.identification.mismatch.reporting.open_questions import NAME, read_open_questions
 
     memo = session.folder / MEMO
     if not (memo / NAME).exists():
@@ -49,7 +49,7 @@ def with_evidence(session: "Session", folder: Path, say: Say) -> "Asked":
         evidence_of,
         evidence_tree,
     )
-    from slipbench.identification.mismatch.telling.open_questions import NAME, read_open_questions
+    from slipbench.identification.mismatch.reporting.open_questions import NAME, read_open_questions
 
     path = folder / EVIDENCE
     known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
@@ -88,7 +88,7 @@ def lines_for_report(session: "Session") -> tuple[str, ...]:
     """Offers with their answers, and what the evidence says; nothing where there was no offer."""
     from slipbench.bench.session.designed_runs import FOLDER, offers
     from slipbench.identification.experiments.settling import Asked, evidence_from
-    from slipbench.identification.mismatch.telling.open_questions import NAME, read_open_questions
+    from slipbench.identification.mismatch.reporting.open_questions import NAME, read_open_questions
 
     made = offers(session.folder)
     folder = session.folder / FOLDER

@@ -61,7 +61,7 @@ def run_experiment(session: "Session", allowed: Experiment, ride: Ride, say: Say
 def _asked(session: "Session", vehicle: Path, say: Say) -> "Asked | None":
     """The questions with the evidence of every designed run; None where there are none."""
     from slipbench.bench.session.designed_runs import FOLDER
-    from slipbench.identification.mismatch.telling.open_questions import NAME
+    from slipbench.identification.mismatch.reporting.open_questions import NAME
 
     folder = session.folder / FOLDER
     if not (folder / NAME).exists():

@@ -46,7 +46,7 @@ def designed_trial(
     session: "Session", asked: "Asked", straight: float, say: Say
 ) -> tuple[dict[str, object], str]:
     """The trial for what is open, for the vehicle as the last analysis improved it. straight: m."""
-    from slipbench.identification.mismatch.telling.open_questions import NAME, read_open_questions
+    from slipbench.identification.mismatch.reporting.open_questions import NAME, read_open_questions
     from slipbench.next_command import designed_from
 
     memo = session.folder / MEMO

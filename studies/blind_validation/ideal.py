@@ -167,14 +167,14 @@ class Observer:
         hidden = self.case.hidden
         servo = tuple(h for h in hidden if h in absent or h.places == (SERVO,))
         found: Series = []
-        for b, block in enumerate(model.chain.blocks):
-            without = absent if block.drive == "servo" else servo
+        for b, block in enumerate(model.partition.groups):
+            without = absent if block.subsystem == "servo" else servo
             found.append([])
             for r, record in enumerate(model.records):
                 there, bare = (self._shown(r, record, e) for e in (hidden, without))
                 change = np.column_stack(
                     [
-                        record.sensors[o].look(there) - record.sensors[o].look(bare)
+                        record.sensors[o].observe(there) - record.sensors[o].observe(bare)
                         for o in block.outputs
                     ]
                 )
@@ -221,5 +221,5 @@ class Observer:
 def of_its_shape(base: Fit, difference: Series) -> float:
     """Log-likelihood gain of a trajectory of this shape with fitted magnitude, nats."""
     linear = Linearization.of(base)
-    course = linear.nuisances.off(whiten_and_stack(base.model, base.noise, difference))
-    return float(course @ linear.left) ** 2 / max(2.0 * float(course @ course), 1e-300)
+    course = linear.nuisances.project_out(whiten_and_stack(base.model, base.noise, difference))
+    return float(course @ linear.residuals) ** 2 / max(2.0 * float(course @ course), 1e-300)

@@ -10,10 +10,10 @@ from typing import Any
 from slipbench.identification.mismatch.analysis import Analysis
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.verdict import as_tree
 from slipbench.identification.mismatch.runs import open_analysis
 from slipbench.identification.mismatch.simulation.threads import one_thread
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.verdict import as_tree
 from slipbench.studies.blind_validation.generator.case import Case, draw_case, write_case
 from slipbench.studies.blind_validation.ideal import Ideal, ideal, on_held_out
 

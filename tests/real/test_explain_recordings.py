@@ -7,11 +7,11 @@ import pytest
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.verdict import Verdict
 from slipbench.identification.mismatch.simulation.piece import Piece
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.systems.system import ModelSystem
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.verdict import Verdict
 from slipbench.protocol.recording.import_log import Capture, import_capture
 from tests.paths import MODELS, ROLES
 from tests.recordings import recording

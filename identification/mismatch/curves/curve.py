@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from slipbench.identification.mismatch.fit.scatter import FAMILY
-from slipbench.identification.mismatch.simulation.along import course, kind_of
+from slipbench.identification.mismatch.fit.variance_inflation import FAMILY
+from slipbench.identification.mismatch.simulation.regressor import course, kind_of
 from slipbench.plant.signals import Floats
 
 
@@ -21,7 +21,7 @@ class Curve:
     regressor: str
     knots: Floats
     values: Floats
-    gain: float
+    log_likelihood_gain: float
     confirmed: float
     tested: float
     p: float

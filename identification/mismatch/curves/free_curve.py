@@ -17,7 +17,7 @@ class FreeCurve:
 
     curve: Curve
     fit: Fit
-    gain: float
+    log_likelihood_gain: float
     confirmed: float
     proven: Model | None
     beside: tuple[Curve, ...] = ()
@@ -27,7 +27,7 @@ class FreeCurve:
         return FreeCurve(
             self.curve,
             other.fit,
-            self.gain + other.gain,
+            self.log_likelihood_gain + other.log_likelihood_gain,
             self.confirmed + other.confirmed,
             other.proven,
             (*self.beside, other.curve),

@@ -8,8 +8,8 @@ from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.trace import effect_of, regressors
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
-from slipbench.identification.mismatch.simulation.along import TURN
 from slipbench.identification.mismatch.simulation.model import Series
+from slipbench.identification.mismatch.simulation.regressor import TURN
 from slipbench.plant.signals import Floats
 
 NOTHING = 1e-9  # share of the spread of what shows a trace best
@@ -37,8 +37,8 @@ def operating_region(linear: Linearization, curve: Curve) -> OperatingRegion | N
     What repeats with every turn is always there; then there is nothing to weigh.
     """
     system = linear.fit.model.system
-    drive = _drive(linear, system.operating)
-    if curve.kind == TURN or drive is None:
+    subsystem = _drive(linear, system.operating)
+    if curve.kind == TURN or subsystem is None:
         return None
     trace = effect_of(linear, curve)
     power, speed, rate = [], [], []
@@ -46,11 +46,11 @@ def operating_region(linear: Linearization, curve: Curve) -> OperatingRegion | N
     grid: Floats = np.zeros(0)
     for r in range(len(linear.fit.model.records)):
         one = sum(
-            (t[r] ** 2 / np.mean(linear.fit.rest[b][r] ** 2, axis=0)).sum(axis=1)
+            (t[r] ** 2 / np.mean(linear.fit.residuals[b][r] ** 2, axis=0)).sum(axis=1)
             for b, t in enumerate(trace)
             if t[r].size
         )
-        seen = regressors(linear.fit, drive, r)
+        seen = regressors(linear.fit, subsystem, r)
         recorded = linear.fit.model.records[r].grid
         width = recorded.width
         power.append(np.asarray(one))
@@ -71,7 +71,7 @@ def operating_region(linear: Linearization, curve: Curve) -> OperatingRegion | N
 def plainest(fit: Fit, trace: Series) -> str:
     """Return the output that shows a trace best, by what is new in each of its bins."""
     told: dict[str, float] = {}
-    for block, white, parts in zip(fit.model.chain.blocks, fit.noise, trace, strict=True):
+    for block, white, parts in zip(fit.model.partition.groups, fit.noise, trace, strict=True):
         spread = np.sqrt(np.sum(np.linalg.inv(white.inverse) ** 2, axis=1))
         for j, output in enumerate(block.outputs):
             told[output] = sum(float(np.sum(p[:, j] ** 2)) for p in parts if p.size)
@@ -81,8 +81,8 @@ def plainest(fit: Fit, trace: Series) -> str:
 
 def _drive(linear: Linearization, name: str) -> str | None:
     """Last drive that tells a quantity."""
-    drives = reversed(tuple(linear.fit.model.chain.drives))
-    return next((d for d in drives if name and name in regressors(linear.fit, d, 0)), None)
+    subsystems = reversed(tuple(linear.fit.model.partition.subsystems))
+    return next((d for d in subsystems if name and name in regressors(linear.fit, d, 0)), None)
 
 
 def _lines(traces: list[Floats], width: float) -> Floats:

@@ -13,7 +13,11 @@ from slipbench.identification.mismatch.curves.tooth_curve import SIZE, discs, to
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import change
-from slipbench.identification.mismatch.simulation.along import (
+from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
+from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
+from slipbench.identification.mismatch.simulation.model import Runs, Series, acting, predict
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.regressor import (
     DETAIL,
     SCALE,
     TURN,
@@ -21,28 +25,24 @@ from slipbench.identification.mismatch.simulation.along import (
     course,
     kind_of,
 )
-from slipbench.identification.mismatch.simulation.model import Runs, Series, acting, predict
-from slipbench.identification.mismatch.simulation.place import Injection
-from slipbench.identification.mismatch.simulation.push import Push
-from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sampling import Grid
 from slipbench.plant.signals import Floats
 
-Seen = list[tuple[Record, dict[str, Floats]]]
+RecordRegressors = list[tuple[Record, dict[str, Floats]]]
 """Every record with quantities, row by row."""
 
 
-def regressors(fit: Fit, drive: str, r: int) -> Mapping[str, Floats]:
-    """Courses of what the recording and the fitted simulation tell of one drive, (rows,) each."""
+def regressors(fit: Fit, subsystem: str, r: int) -> Mapping[str, Floats]:
+    """Waveforms of what the recording and the fitted simulation tell of one drive, (rows,) each."""
     model = fit.model
     added = acting(model, fit.point, r)
     system, record, q = model.at(fit.point), model.records[r], fit.point.q[r]
-    return system.regressors(record, model.chain, drive, q, added)
+    return system.regressors(record, model.partition, subsystem, q, added)
 
 
-def seen_by(fit: Fit, drive: str) -> Seen:
+def seen_by(fit: Fit, subsystem: str) -> RecordRegressors:
     """Every record with the regressors of a drive that all records have."""
-    courses = [regressors(fit, drive, r) for r in range(len(fit.model.records))]
+    courses = [regressors(fit, subsystem, r) for r in range(len(fit.model.records))]
     shared = sorted(set.intersection(*(set(c) for c in courses)))
     return [
         (record, {name: c[name] for name in shared})
@@ -99,14 +99,16 @@ def effect_of(linear: Linearization, curve: Curve) -> Series:
     place = next(
         p for p in (*places(linear.fit), *sensors_as_places(linear.fit)) if p.name == curve.place
     )
-    if place.push and curve.kind == TURN:
-        turned = simulated_along(linear.fit, place, curve.regressor, curve.knots, [curve.values])
+    if place.inputs and curve.kind == TURN:
+        turned = simulated_responses(
+            linear.fit, place, curve.regressor, curve.knots, [curve.values]
+        )
         return [[one[:, :, 0] if one.size else one for one in block] for block in turned]
     pushes = [
         record.grid.binned(curve(seen[curve.regressor], record.grid.step))[:, None]
-        for record, seen in seen_by(linear.fit, place.drive)
+        for record, seen in seen_by(linear.fit, place.subsystem)
     ]
-    answered = answers_to(replies(linear.fit, place), pushes)
+    answered = responses_to(impulse_responses(linear.fit, place), pushes)
     return [[one[:, :, 0] if one.size else one for one in block] for block in answered]
 
 
@@ -114,38 +116,38 @@ def _combined(columns: Series, values: Floats) -> Series:
     return [[one @ values if one.size else one for one in block] for block in columns]
 
 
-def answers_along(fit: Fit, place: Injection, regressor: str, knots: Floats) -> Series:
+def responses_along(fit: Fit, place: InjectionPoint, regressor: str, knots: Floats) -> Series:
     """Return what each knot of a curve would leave in the outputs, (T, m, knots) per unit push."""
     binned = [
-        in_bins(record, {regressor: knots}, seen) for record, seen in seen_by(fit, place.drive)
+        in_bins(record, {regressor: knots}, seen) for record, seen in seen_by(fit, place.subsystem)
     ]
-    return answers_to(replies(fit, place), binned)
+    return responses_to(impulse_responses(fit, place), binned)
 
 
-def sensors_as_places(fit: Fit) -> list[Injection]:
+def sensors_as_places(fit: Fit) -> list[InjectionPoint]:
     """Every sensor that may be wrong as a place of its own."""
     return [
-        Injection(
+        InjectionPoint(
             f"sensor of {o.replace('_', ' ')}",
             f"{o} sensor",
             s.unit,
             float(np.std(s.value)) + 1e-3,
-            b.drive,
-            counts=0.002,
+            b.subsystem,
+            negligible=0.002,
         )
-        for b in fit.model.chain.blocks
+        for b in fit.model.partition.groups
         if b.sensors_suspected
         for o in b.outputs
         for s in (fit.model.records[0].sensors[o],)
     ]
 
 
-def replies(fit: Fit, place: Injection, plain: Runs | None = None) -> Series:
+def impulse_responses(fit: Fit, place: InjectionPoint, plain: Runs | None = None) -> Series:
     """Answers to a push in a bin; a sensor answers by itself, at once. plain: see `answers`."""
-    if place.push:
+    if place.inputs:
         return answers(fit, place, {} if plain is None else plain)
-    found: Series = [[np.empty(0)] * len(fit.model.records) for _ in fit.model.chain.blocks]
-    for b, block in enumerate(fit.model.chain.blocks):
+    found: Series = [[np.empty(0)] * len(fit.model.records) for _ in fit.model.partition.groups]
+    for b, block in enumerate(fit.model.partition.groups):
         for j, output in enumerate(block.outputs):
             if place.block == f"{output} sensor":
                 now = np.zeros((1, len(block.outputs)))
@@ -154,38 +156,40 @@ def replies(fit: Fit, place: Injection, plain: Runs | None = None) -> Series:
     return found
 
 
-def answers_to(reply: Series, hats: list[Floats]) -> Series:
+def responses_to(reply: Series, tents: list[Floats]) -> Series:
     """Answer of all outputs to pushes (bins, k), one set a record: (T, m, k)."""
-    return [[respond(a, h) if a.size else a for a, h in zip(b, hats, strict=True)] for b in reply]
+    return [[respond(a, h) if a.size else a for a, h in zip(b, tents, strict=True)] for b in reply]
 
 
-def simulated_along(
+def simulated_responses(
     fit: Fit,
-    place: Injection,
+    place: InjectionPoint,
     regressor: str,
     knots: Floats,
     pushes: Iterable[Floats],
-    seen: Seen | None = None,
+    seen: RecordRegressors | None = None,
 ) -> Series:
     """Return what curves of these values leave in the outputs, simulated, (T, m, curves).
 
     seen: what `seen_by` gives of the place's drive, where it is known already. Nothing counts as left
     in the pattern of teeth: there their tolerance looks like any push that goes round with the wheel.
     """
-    model, seen = fit.model.coarse, seen_by(fit, place.drive) if seen is None else seen
+    model, seen = fit.model.coarse, seen_by(fit, place.subsystem) if seen is None else seen
     system, before = model.at(fit.point), predict(model, fit.point)
     changes = []
     for values in pushes:
         courses = tuple(
-            system.push(place, r, course(regressor, s[regressor], knots, values, r.grid.step))
+            system.input_disturbance(
+                place, r, course(regressor, s[regressor], knots, values, r.grid.step)
+            )
             for r, s in seen
         )
-        effects = (*fit.point.effects, Push(place.drive, courses))
+        effects = (*fit.point.effects, InputDisturbance(place.subsystem, courses))
         changes.append(change(model, fit.point, effects, before))
     nothing = [np.empty(0)] * len(model.records)
     return [
         [_side_by_side(parts) for parts in zip(*blocks, strict=True)] if block.order else nothing
-        for block, blocks in zip(model.chain.blocks, zip(*changes, strict=True), strict=True)
+        for block, blocks in zip(model.partition.groups, zip(*changes, strict=True), strict=True)
     ]
 
 

@@ -12,11 +12,16 @@ import numpy.typing as npt
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import fft
 
-from slipbench.identification.mismatch.curves.trace import Seen, in_bins, replies, seen_by
+from slipbench.identification.mismatch.curves.trace import (
+    RecordRegressors,
+    impulse_responses,
+    in_bins,
+    seen_by,
+)
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.whitening import Whitener
+from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.model import Runs
-from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.plant.signals import Floats
 
 SHORT = 64
@@ -26,8 +31,8 @@ Spectra = npt.NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class Courses:
-    """Courses of pushes by record, one value a bin, (bins, k) each. spectra: those already made."""
+class Waveforms:
+    """Waveforms of pushes by record, one value a bin, (bins, k) each. spectra: those already made."""
 
     pushes: Sequence[Floats]
     spectra: dict[tuple[int, int], Spectra] = field(default_factory=dict)
@@ -68,13 +73,13 @@ class Answer:
         around = np.pad(answer, ((white.order, white.order), (0, 0)))
         return Answer(white, white.innovations(around), answer[: white.order])
 
-    def to(self, courses: Courses, record: int) -> Floats:
+    def to(self, courses: Waveforms, record: int) -> Floats:
         """Return what courses of a record leave in the whitened outputs, (bins, m, k)."""
         order = self.white.order
         later = courses.through(record, self.whole, order)
         if not order:
             return later
-        opening = Courses([courses.pushes[record][:order]]).through(0, self.begin, 0)
+        opening = Waveforms([courses.pushes[record][:order]]).through(0, self.begin, 0)
         return np.concatenate((self.white.opening(opening), later))
 
 
@@ -87,30 +92,30 @@ class Whitened:
     """
 
     fit: Fit
-    seen: dict[str, Seen] = field(default_factory=dict)
+    seen: dict[str, RecordRegressors] = field(default_factory=dict)
     answers: dict[str, list[list[Answer | None]]] = field(default_factory=dict)
     plain: Runs = field(default_factory=dict)
-    hats: dict[tuple[str, ...], Courses] = field(default_factory=dict)
+    tents: dict[tuple[str, ...], Waveforms] = field(default_factory=dict)
 
-    def seen_by(self, drive: str) -> Seen:
+    def seen_by(self, subsystem: str) -> RecordRegressors:
         """Return every record with the quantities of a drive that all records have."""
-        if drive not in self.seen:
-            self.seen[drive] = seen_by(self.fit, drive)
-        return self.seen[drive]
+        if subsystem not in self.seen:
+            self.seen[subsystem] = seen_by(self.fit, subsystem)
+        return self.seen[subsystem]
 
-    def along(self, drive: str, knots: Mapping[str, Floats]) -> Courses:
+    def along(self, subsystem: str, knots: Mapping[str, Floats]) -> Waveforms:
         """Return what each knot of each quantity pushes, per unit, side by side."""
-        key = (drive, *knots)
-        if key not in self.hats:
-            self.hats.clear()
-            seen = self.seen_by(drive)
-            self.hats[key] = Courses([in_bins(record, knots, s) for record, s in seen])
-        return self.hats[key]
+        key = (subsystem, *knots)
+        if key not in self.tents:
+            self.tents.clear()
+            seen = self.seen_by(subsystem)
+            self.tents[key] = Waveforms([in_bins(record, knots, s) for record, s in seen])
+        return self.tents[key]
 
-    def columns(self, place: Injection, courses: Courses) -> Floats:
+    def columns(self, place: InjectionPoint, courses: Waveforms) -> Floats:
         """Return what courses of pushes at a place leave in the whitened outputs, (rows, k)."""
         if place.name not in self.answers:
-            self.answers[place.name] = self._answers(place)
+            self.answers[place.name] = self._responses(place)
         measured = self.fit.model.measured
         laid = np.zeros((sum(m.size for ms in measured for m in ms), courses.pushes[0].shape[1]))
         first = 0
@@ -121,11 +126,11 @@ class Whitened:
                 first += m.size
         return laid
 
-    def _answers(self, place: Injection) -> list[list[Answer | None]]:
+    def _responses(self, place: InjectionPoint) -> list[list[Answer | None]]:
         """Return the answers to a place by block and record; None: it does not reach them."""
         return [
             [Answer.of(white, one) if one.size else None for one in ones]
             for white, ones in zip(
-                self.fit.noise, replies(self.fit, place, self.plain), strict=True
+                self.fit.noise, impulse_responses(self.fit, place, self.plain), strict=True
             )
         ]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from slipbench.identification.mismatch.curves.curve import Curve
-from slipbench.identification.mismatch.simulation.along import (
+from slipbench.identification.mismatch.simulation.regressor import (
     HYSTERESIS,
     PAST,
     SCALE,
@@ -39,7 +39,7 @@ def shape_in_words(curve: Curve, unit: str = "") -> str:
 
 
 def _slope_or_bump(z: Floats, f: Floats, unit: str) -> str:
-    if not _bent(z, f):
+    if not _curvature(z, f):
         return "linear"
     line = np.polynomial.Polynomial.fit(z, f, 1)
     return _bump(z, f - line(z), unit)
@@ -90,7 +90,7 @@ def _about_zero(curve: Curve, unit: str) -> str:
         return "a dead zone around zero" + both
     if abs(outer) < 0.25 * abs(inner):
         return "a step at zero, constant beyond, as of dry friction or saturation" + both
-    if _bent(z, f):
+    if _curvature(z, f):
         return f"a kink about {_told(_kink(z, f), unit)}" + both
     if both:
         return "a different slope for each sign"
@@ -106,7 +106,7 @@ def _order(f: Floats) -> int:
     return 1 + int(np.argmax(np.abs(np.fft.rfft(f))[1:]))
 
 
-def _bent(z: Floats, f: Floats) -> bool:
+def _curvature(z: Floats, f: Floats) -> bool:
     """Whether a straight line leaves much of it."""
     line = np.polynomial.Polynomial.fit(z, f, 1)
     return bool(np.ptp(f - line(z)) > 0.3 * np.ptp(f))

@@ -84,7 +84,7 @@ def taken_for_noise(fit: Fit) -> float:
     Of the outputs of one block, of the block with the largest share.
     """
     shares = []
-    for white, rest in zip(fit.noise, fit.rest, strict=True):
+    for white, rest in zip(fit.noise, fit.residuals, strict=True):
         errors = np.log(np.mean(np.concatenate(rest) ** 2, axis=0) + 1e-300)
         shares.append(1.0 - np.exp(white.log_innovations / errors.size - float(np.mean(errors))))
     return float(max(shares))

@@ -9,20 +9,20 @@ from typing import Self
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.dialled import Dialled
-from slipbench.identification.mismatch.fit.scatter import Scatter
+from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
 from slipbench.identification.mismatch.fit.sizing import (
     as_size,
     inside,
+    integer_parameters,
     reach,
-    shape_reach,
+    shape_range,
     shaped,
     shapes,
     sized,
     sizes,
     smallest,
-    wholes,
 )
+from slipbench.identification.mismatch.fit.variance_inflation import VarianceInflation
 from slipbench.identification.mismatch.simulation.coordinates import STATED_SHARE
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
@@ -39,20 +39,20 @@ OF_DISCS = 0.5
 
 
 @dataclass(frozen=True)
-class Candidate(Dialled):
+class Candidate(Hypothesis):
     """An effect with the values of its dials: first the size, then what shapes it.
 
     pattern: the effect on its subject, at its typical size, where it is looked for. dials: size in
-    typical sizes, shapes as unit normals. whole: values of whole parameters. elsewhere: how its
+    typical sizes, shapes as unit normals. integers: values of whole parameters. placebo: how its
     size scatters over other places at which it is looked for, if it has any. fixed_from_data: its size is
     read off the recordings, and no fit of what is left tells it better. stated: size at which the
     file has the effect already, and how far it may be off there (95 %), both in typical sizes.
     """
 
     pattern: Effect
-    dials: tuple[float, ...]
-    whole: tuple[float, ...] = ()
-    elsewhere: Scatter | None = None
+    parameters: tuple[float, ...]
+    integers: tuple[float, ...] = ()
+    placebo: VarianceInflation | None = None
     fixed_from_data: bool = False
     stated: tuple[float, float] = ABSENT
 
@@ -69,30 +69,30 @@ class Candidate(Dialled):
     @property
     def deviations(self) -> tuple[float, ...]:
         """A size has none to speak of."""
-        return (WEAK, *([1.0] * (len(self.dials) - 1)))
+        return (WEAK, *([1.0] * (len(self.parameters) - 1)))
 
     @property
     def difference_steps(self) -> tuple[float, ...]:
         """In proportion to the size; backwards where a parameter is at the end of its range."""
-        steps = (DIFFERENCE_STEP * self.size, *([DIFFERENCE_STEP] * (len(self.dials) - 1)))
+        steps = (DIFFERENCE_STEP * self.size, *([DIFFERENCE_STEP] * (len(self.parameters) - 1)))
         return tuple(-s if self._ends_within(i, s) else s for i, s in enumerate(steps))
 
-    def _ends_within(self, dial: int, step: float) -> bool:
+    def _ends_within(self, parameter: int, step: float) -> bool:
         """Tell whether the range of a dial ends before a step is done."""
-        there = self.moved(step * np.eye(len(self.dials))[dial])
-        short = abs(there.dials[dial] - self.dials[dial]) < 0.999 * abs(step)
+        there = self.moved(step * np.eye(len(self.parameters))[parameter])
+        short = abs(there.parameters[parameter] - self.parameters[parameter]) < 0.999 * abs(step)
         return short or there.effect() == self.effect()
 
     @property
-    def counts(self) -> float:
+    def negligible_size(self) -> float:
         """Size below which it does not count, in shares of the typical one."""
         share = OF_DISCS if hasattr(self.kind, "tooth_offsets") else SHARE_OF_SMALL
         return share * self.smallest
 
     @property
-    def does_not_count(self) -> float:
+    def negligible_difference(self) -> float:
         """How far its size may be from what the file states and mean nothing, in typical sizes."""
-        return max(self.counts, self.stated[1])
+        return max(self.negligible_size, self.stated[1])
 
     @property
     def added(self) -> float:
@@ -102,7 +102,7 @@ class Candidate(Dialled):
     @property
     def size(self) -> float:
         """Share of the typical size."""
-        return self.dials[0]
+        return self.parameters[0]
 
     @property
     def smallest(self) -> float:
@@ -111,38 +111,40 @@ class Candidate(Dialled):
 
     def effect(self) -> Effect:
         """Return the effect at these dials, inside its ranges."""
-        values = {p.name: v for p, v in zip(wholes(self.kind), self.whole, strict=True)}
+        values = {
+            p.name: v for p, v in zip(integer_parameters(self.kind), self.integers, strict=True)
+        }
         for p in sizes(self.kind):
             values[p.name] = inside(p, sized(p, self.size))
-        for p, y in zip(shapes(self.kind), self.dials[1:], strict=True):
+        for p, y in zip(shapes(self.kind), self.parameters[1:], strict=True):
             values[p.name] = inside(p, shaped(p, getattr(self.pattern, p.name), y))
         return replace(self.pattern, **values)
 
     def moved(self, step: Floats) -> Self:
         """Return it with its dials turned; a size does not pass through nothing."""
-        dials = np.array(self.dials) + step
+        parameters = np.array(self.parameters) + step
         if self.fixed_from_data and abs(step[0]) < 0.5 * DIFFERENCE_STEP * abs(self.size):
-            dials[0] = self.size
-        if dials[0] * self.size <= 0.0:
-            dials[0] = 0.2 * self.size
-        return replace(self, dials=tuple(float(d) for d in dials)).within()
+            parameters[0] = self.size
+        if parameters[0] * self.size <= 0.0:
+            parameters[0] = 0.2 * self.size
+        return replace(self, parameters=tuple(float(d) for d in parameters)).within()
 
     def within(self) -> Self:
         """Return it with its dials where its parameters mean something."""
         ends = [reach(self.kind)]
         for p in shapes(self.kind):
-            low, high = shape_reach(p, getattr(self.pattern, p.name))
+            low, high = shape_range(p, getattr(self.pattern, p.name))
             ends.append((max(low, -FAR), min(high, FAR)))
-        dials = (float(np.clip(d, *end)) for d, end in zip(self.dials, ends, strict=True))
-        return replace(self, dials=tuple(dials))
+        parameters = (float(np.clip(d, *end)) for d, end in zip(self.parameters, ends, strict=True))
+        return replace(self, parameters=tuple(parameters))
 
     def resized(self, size: float) -> "Candidate":
         """Return it at another share of its typical size."""
         if self.fixed_from_data:
             return self
-        return replace(self, dials=(size, *self.dials[1:])).within()
+        return replace(self, parameters=(size, *self.parameters[1:])).within()
 
-    def times(self, amplitude: float) -> "Candidate":
+    def amplified(self, amplitude: float) -> "Candidate":
         """Return it with that many times of what it adds to the file."""
         return self.resized(self.stated[0] + amplitude * self.added)
 

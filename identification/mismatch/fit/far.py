@@ -48,16 +48,18 @@ def from_its_beginning(start: Fit) -> Fit:
 
 def _least(fit: Fit) -> list[Floats]:
     """Return errors by block and output that count as none, of the whole recordings."""
-    return [LEAST * scale_of(r) for r in fit.rest]
+    return [LEAST * scale_of(r) for r in fit.residuals]
 
 
 def _plainly(fit: Fit, rounds: int, least: Sequence[Floats]) -> Fit:
     """Fit by plain least squares as long as that lowers the error. least: see `_least`."""
     error = np.inf
     for _ in range(rounds):
-        noise = [even(np.maximum(scale_of(r), s)) for r, s in zip(fit.rest, least, strict=True)]
+        noise = [
+            even(np.maximum(scale_of(r), s)) for r, s in zip(fit.residuals, least, strict=True)
+        ]
         fit = at_fixed_noise(relinearized(replace(fit, noise=noise)))
-        before, error = error, _mean_square(fit.rest)
+        before, error = error, _mean_square(fit.residuals)
         if error > (1.0 - BETTER) * before:
             break
     return fit

@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
-from slipbench.identification.mismatch.fit.dialled import Dialled
+from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
 from slipbench.identification.mismatch.fit.resolution import step_of
-from slipbench.identification.mismatch.fit.scatter import Scatter, usual_scatter
 from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
 from slipbench.identification.mismatch.fit.stack import (
     Integers,
@@ -22,6 +21,10 @@ from slipbench.identification.mismatch.fit.stack import (
     residuals,
     whiten_and_stack,
     whiteners,
+)
+from slipbench.identification.mismatch.fit.variance_inflation import (
+    VarianceInflation,
+    fit_variance_inflation,
 )
 from slipbench.identification.mismatch.fit.whitening import Whitener
 from slipbench.identification.mismatch.simulation.model import Model, Point, Series, predict
@@ -42,19 +45,19 @@ class Fit:
     predicted: Series
     noise: list[Whitener]
     slopes: Series
-    candidates: tuple[Dialled, ...] = ()
+    candidates: tuple[Hypothesis, ...] = ()
     strengths: tuple[float, ...] = ()
     slopes_at: Floats | None = None
 
     @once
-    def rest(self) -> Series:
+    def residuals(self) -> Series:
         """Residuals of this point."""
         return residuals(self.model, self.predicted)
 
     @once
-    def aim(self) -> Floats:
+    def whitened_residuals(self) -> Floats:
         """Whitened residuals."""
-        return whiten_and_stack(self.model, self.noise, self.rest)
+        return whiten_and_stack(self.model, self.noise, self.residuals)
 
     @once
     def whitened(self) -> Floats:
@@ -67,7 +70,7 @@ class Fit:
         return self.point.x if self.slopes_at is None else self.slopes_at
 
     @property
-    def stretch(self) -> Floats:
+    def slope_ratio(self) -> Floats:
         """Ratio of the sensitivities here to those at `slopes_at`, (p,).
 
         Sensitivities to values, not to their logarithms, are assumed to be equal at both points.
@@ -80,24 +83,24 @@ class Fit:
     def nuisances(self) -> Nuisances:
         """Whitened sensitivities."""
         there = self.taken_at is self.point.x
-        return Nuisances(self.whitened if there else self.whitened * self.stretch)
+        return Nuisances(self.whitened if there else self.whitened * self.slope_ratio)
 
     @once
-    def groups(self) -> Integers:
+    def clusters(self) -> Integers:
         """Number of the stretch of time of every whitened row."""
         return clusters(self.model)
 
     @once
-    def scatter(self) -> Scatter:
+    def variance_inflation(self) -> VarianceInflation:
         """How errors hang together, told by the system's own sensitivities."""
         own = self.nuisances.columns[:, : max(len(self.point.x), 1)]
-        left = self.nuisances.off(self.aim)[: len(self.aim)]
-        return usual_scatter(own, left, self.groups)
+        left = self.nuisances.project_out(self.whitened_residuals)[: len(self.whitened_residuals)]
+        return fit_variance_inflation(own, left, self.clusters)
 
     @once
     def score(self) -> float:
         """Log-posterior, nats."""
-        likelihood = log_likelihood(self.model, self.rest, self.noise)
+        likelihood = log_likelihood(self.model, self.residuals, self.noise)
         return likelihood - 0.5 * prior(self.point, self.candidates)
 
     @property
@@ -119,17 +122,17 @@ class Fit:
         return replace(self, model=model, predicted=predict(model, self.point))
 
     @once
-    def columns(self) -> Floats:
+    def effect_columns(self) -> Floats:
         """Whitened sensitivities to the dials of all effects, (rows, dials)."""
-        return whiten_and_stack(self.model, self.noise, _dial_columns(self))
+        return whiten_and_stack(self.model, self.noise, _parameter_columns(self))
 
 
 def renoised(fit: Fit) -> Fit:
     """Return the fit with the noise model that its own residuals give."""
-    return replace(fit, noise=whiteners(fit.model, fit.rest))
+    return replace(fit, noise=whiteners(fit.model, fit.residuals))
 
 
-def with_effects(fit: Fit, candidates: Sequence[Dialled]) -> Fit:
+def with_effects(fit: Fit, candidates: Sequence[Hypothesis]) -> Fit:
     """Return the fit with these effects turned on; nothing is fitted yet.
 
     Whitened sensitivities are shared with the given fit. Raises PlantError where it cannot run.
@@ -148,16 +151,16 @@ def whitened_as(fit: Fit, new: Fit) -> Fit:
     return new
 
 
-def _dial_columns(fit: Fit) -> Series:
+def _parameter_columns(fit: Fit) -> Series:
     """Sensitivities (T, m, dials), unwhitened."""
     model = fit.model.coarse
     base = fit.predicted if model is fit.model else predict(model, fit.point)
-    total = sum(len(c.dials) for c in fit.candidates)
+    total = sum(len(c.parameters) for c in fit.candidates)
     found = [[np.zeros((*m.shape, total)) for m in ms] for ms in fit.model.measured]
     column = 0
     for i, candidate in enumerate(fit.candidates):
-        known = candidate.answers
-        for d in range(len(candidate.dials)):
+        known = candidate.responses
+        for d in range(len(candidate.parameters)):
             if known is not None:
                 _put_known(found, known, model, d, column)
                 column += 1
@@ -175,42 +178,42 @@ def _dial_columns(fit: Fit) -> Series:
 
 
 def _difference_step(
-    fit: Fit, candidate: Dialled, dial: int, strength: float
-) -> list[tuple[Dialled, float]]:
+    fit: Fit, candidate: Hypothesis, parameter: int, strength: float
+) -> list[tuple[Hypothesis, float]]:
     """Return the candidate with one dial nudged, and the share of each change in the slope.
 
     An effect is nudged to both sides: a difference to one side is the slope half a nudge away. What is
     read off the recordings, and what is no effect of the library, keeps its own nudge.
     """
-    usual, way = candidate.difference_steps[dial], np.eye(len(candidate.dials))[dial]
+    usual, way = candidate.difference_steps[parameter], np.eye(len(candidate.parameters))[parameter]
     fitted = isinstance(candidate, Candidate) and not candidate.fixed_from_data
     nudge = step_of(usual, strength) if fitted or fit.model.system.smooth else usual
     there = candidate.moved(nudge * way)
     if not fitted:
         return [(there, 1.0 / nudge)]
     back = candidate.moved(-nudge * way)
-    span = there.dials[dial] - back.dials[dial]
+    span = there.parameters[parameter] - back.parameters[parameter]
     return [(there, 1.0 / span), (back, -1.0 / span)] if span else []
 
 
-def _put_known(into: Series, known: Series, model: Model, dial: int, column: int) -> None:
+def _put_known(into: Series, known: Series, model: Model, parameter: int, column: int) -> None:
     for found, answered, counts in zip(into, known, model.known_bins, strict=True):
         for r, one in enumerate(answered):
             if one.size:
-                found[r][:, :, column] = one[:, :, dial] * counts[r]
+                found[r][:, :, column] = one[:, :, parameter] * counts[r]
 
 
-def dials(now: Sequence[Dialled]) -> Floats:
+def parameters(now: Sequence[Hypothesis]) -> Floats:
     """Dials of all candidates, end to end."""
-    return np.concatenate([c.dials for c in now]) if now else np.zeros(0)
+    return np.concatenate([c.parameters for c in now]) if now else np.zeros(0)
 
 
-def deviations(now: Sequence[Dialled]) -> Floats:
+def deviations(now: Sequence[Hypothesis]) -> Floats:
     """Prior deviation of each of them."""
     return np.concatenate([c.deviations for c in now])
 
 
-def prior(point: Point, now: Sequence[Dialled]) -> float:
+def prior(point: Point, now: Sequence[Hypothesis]) -> float:
     """What is believed beforehand against a point: twice the nats, up to a constant."""
     z = coordinates_of(point)
-    return float(z @ z) + (float(np.sum((dials(now) / deviations(now)) ** 2)) if now else 0.0)
+    return float(z @ z) + (float(np.sum((parameters(now) / deviations(now)) ** 2)) if now else 0.0)

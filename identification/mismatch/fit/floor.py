@@ -38,11 +38,11 @@ class LackOfFit:
 def floors(fit: Fit, block: int) -> tuple[Floats, str]:
     """Return the floor of every output of a block, in its unit, and what it is told by."""
     pairs = list(repeated(fit.model.records))
-    rest = fit.rest[block]
+    rest = fit.residuals[block]
     if pairs:
         halves = [0.5 * (a - b) ** 2 for a, b in (_common(rest[i], rest[j]) for i, j in pairs)]
         return np.sqrt(np.mean(np.concatenate(halves), axis=0)), REPEATED
-    if fit.model.chain.blocks[block].order:
+    if fit.model.partition.groups[block].order:
         root = np.linalg.inv(fit.noise[block].inverse)
         return np.sqrt(np.sum(root**2, axis=1)), INNOVATIONS
     return _between_segments(fit, block), PATTERN
@@ -54,7 +54,7 @@ def lack_of_fit(fit: Fit) -> LackOfFit | None:
     shared = different = 0.0
     count = 0
     for i, j in pairs:
-        for white, rest in zip(fit.noise, fit.rest, strict=True):
+        for white, rest in zip(fit.noise, fit.residuals, strict=True):
             a, b = _common(white(rest[i]), white(rest[j]))
             shared += float(np.sum((a + b) ** 2)) / 2.0
             different += float(np.sum((a - b) ** 2)) / 2.0
@@ -90,17 +90,17 @@ def _common(a: Floats, b: Floats) -> tuple[Floats, Floats]:
 
 
 def _between_segments(fit: Fit, block: int) -> Floats:
-    """Scatter of a tooth pattern about its mean over the segments of time, shape (1,).
+    """VarianceInflation of a tooth pattern about its mean over the segments of time, shape (1,).
 
     A residual holds one value a tooth, segment after segment; how many segments there are follows
     from the number of teeth.
     """
     variance, freedom = 0.0, 0
-    output = fit.model.chain.blocks[block].outputs[0]
-    for record, rest in zip(fit.model.records, fit.rest[block], strict=True):
+    output = fit.model.partition.groups[block].outputs[0]
+    for record, rest in zip(fit.model.records, fit.residuals[block], strict=True):
         rows = rest.reshape(-1, record.sensors[output].teeth)
         if len(rows) > 1:
             variance += float(np.sum((rows - rows.mean(axis=0)) ** 2))
             freedom += rows.size - rows.shape[1]
-    own = float(np.mean(np.concatenate(fit.rest[block]) ** 2))
+    own = float(np.mean(np.concatenate(fit.residuals[block]) ** 2))
     return np.array([np.sqrt(variance / freedom if freedom else own)])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.fitting import Fit, dials, renoised
+from slipbench.identification.mismatch.fit.fitting import Fit, parameters, renoised
 from slipbench.identification.mismatch.fit.optimize import limits_of, optimize, there
 from slipbench.identification.mismatch.fit.resolution import strengths_of
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
@@ -48,7 +48,7 @@ def farther_along(before: Fit, after: Fit) -> Fit:
     (1961)).
     """
     dz = coordinates_of(after.point) - coordinates_of(before.point)
-    du = dials(after.candidates) - dials(before.candidates)
+    du = parameters(after.candidates) - parameters(before.candidates)
     best, times = after, 1.0
     while times <= FARTHEST:
         new = _shifted(after, times * dz, times * du)

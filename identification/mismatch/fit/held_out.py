@@ -7,13 +7,13 @@ from functools import lru_cache
 
 import numpy as np
 
+from slipbench.identification.mismatch.fit.crank_phase import scanned
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised
 from slipbench.identification.mismatch.fit.floor import floors
 from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
 from slipbench.identification.mismatch.fit.optimize import at_fixed_noise, optimize
 from slipbench.identification.mismatch.fit.sensitivity import change, sensitivities
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
-from slipbench.identification.mismatch.fit.turned import scanned
 from slipbench.identification.mismatch.simulation.model import Model, Point, predict
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
@@ -76,7 +76,7 @@ def _begun(system: System, model: Model, noise_of: Fit) -> Fit:
 def _unchanged(system: System, model: Model) -> Model:
     """Return the model of one system in which only the slow unknown and clocks are estimated."""
     clocks = [k for k in model.known if k.of_clock]
-    return Model(system, model.records, model.chain, clocks, model.injected)
+    return Model(system, model.records, model.partition, clocks, model.injected)
 
 
 def _there(fit: Fit, point: Point, model: Model) -> Fit:
@@ -139,7 +139,7 @@ def _asked(bare: Fit, there: Fit) -> float:
         trace = change(model, without, there.point.effects, predict(model, without))
     except PlantError:
         return CONFIRMED
-    course = there.nuisances.off(whiten_and_stack(model, there.noise, trace))
+    course = there.nuisances.project_out(whiten_and_stack(model, there.noise, trace))
     worth = 0.5 * float(course @ course)
     chance = 2.0 * math.sqrt(2.0 * worth)  # 2 sigma of what a right effect of that worth gains
     return min(CONFIRMED, worth - chance)
@@ -200,12 +200,12 @@ def proof(model: Model, base: Fit, fit: Fit, improved: Model | None = None) -> l
 
 def errors(runs: list[Fit]) -> list[Error]:
     """Errors of the three systems of a proof, output by output."""
-    return [e for b in range(len(runs[0].model.chain.blocks)) for e in _errors(runs, b)]
+    return [e for b in range(len(runs[0].model.partition.groups)) for e in _errors(runs, b)]
 
 
 def _errors(runs: list[Fit], b: int) -> Iterator[Error]:
     least, told_by = floors(runs[-1], b)
-    for j, output in enumerate(runs[0].model.chain.blocks[b].outputs):
+    for j, output in enumerate(runs[0].model.partition.groups[b].outputs):
         squares = [_squares(run, b, j) for run in runs]
         nominal, calibrated, improved = (float(np.sqrt(np.mean(s))) for s in squares)
         unit = runs[0].model.records[0].sensors[output].unit
@@ -217,7 +217,7 @@ def _errors(runs: list[Fit], b: int) -> Iterator[Error]:
 def _squares(run: Fit, b: int, j: int) -> Floats:
     """Mean square error of every stretch of time."""
     found = []
-    for r, rest in enumerate(run.rest[b]):
+    for r, rest in enumerate(run.residuals[b]):
         parts = np.array_split(rest[:, j], run.model.records[r].grid.stretches)
         found += [float(np.mean(part**2)) for part in parts]
     return np.array(found)

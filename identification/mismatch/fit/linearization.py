@@ -26,14 +26,14 @@ Changes = Sequence[Sequence[npt.NDArray[np.floating[Any]]]]
 class Linearization:
     """Everything that scoring needs, made once for a fit.
 
-    left: what the nuisances leave of residuals and beliefs (see `Nuisances.off`), and groups: the
+    residuals: what the nuisances leave of residuals and beliefs (see `Nuisances.off`), and clusters: the
     stretch of time of each of its rows.
     """
 
     fit: Fit
     nuisances: Nuisances
-    left: Floats
-    groups: Integers
+    residuals: Floats
+    clusters: Integers
     runs: Runs = field(default_factory=dict)
 
     @classmethod
@@ -41,20 +41,25 @@ class Linearization:
         """Prepare to judge what a fit leaves; the dials of its effects may vary as well."""
         nuisances, z = fit.nuisances, coordinates_of(fit.point)
         if fit.candidates:
-            nuisances = Nuisances(np.concatenate((nuisances.columns, fit.columns), axis=1))
-            z = np.concatenate((z, np.zeros(fit.columns.shape[1])))
-        return cls(fit, nuisances, nuisances.left(fit.aim, z), nuisances.grouped(fit.groups))
+            nuisances = Nuisances(np.concatenate((nuisances.columns, fit.effect_columns), axis=1))
+            z = np.concatenate((z, np.zeros(fit.effect_columns.shape[1])))
+        return cls(
+            fit,
+            nuisances,
+            nuisances.projected_residuals(fit.whitened_residuals, z),
+            nuisances.clustered(fit.clusters),
+        )
 
     @once
     def coarse(self) -> Series:
         """What sensors would show, simulated with the coarse steps of the signatures."""
         return predict(self.fit.model.coarse, self.fit.point, runs=self.runs)
 
-    def signature(self, candidate: Candidate) -> Floats:
+    def effect_response(self, candidate: Candidate) -> Floats:
         """Whitened change of all outputs that a candidate brings; zeros where it cannot be run."""
-        return self.signatures([candidate])[:, 0]
+        return self.effect_responses([candidate])[:, 0]
 
-    def signatures(self, tried: Sequence[Candidate | Effect]) -> Floats:
+    def effect_responses(self, tried: Sequence[Candidate | Effect]) -> Floats:
         """Return the signatures of several candidates side by side, (rows, candidates)."""
         return self.whitened(self.changes(tried))
 
@@ -82,16 +87,16 @@ class Linearization:
             effects = (*others, effect)
             return change(fit.model.coarse, fit.point, effects, base, self.runs)
         except PlantError:
-            return [[np.empty(0)] * len(fit.model.records) for _ in fit.model.chain.blocks]
+            return [[np.empty(0)] * len(fit.model.records) for _ in fit.model.partition.groups]
 
-    def pushes(
+    def energy_and_correlation(
         self, columns: Floats, rows: npt.NDArray[np.bool_] | None = None
     ) -> tuple[Floats, Floats]:
         """Energy of signatures off the nuisances and what is left on them, (k,) each.
 
         rows: where they count, (rows,); elsewhere they are taken as zero. Default: everywhere.
         """
-        left, nuisances = self.left[: len(columns)], self.nuisances.columns
+        left, nuisances = self.residuals[: len(columns)], self.nuisances.columns
         if rows is not None:
             columns, left, nuisances = columns[rows], left[rows], nuisances[rows]
         inside = nuisances.T @ columns

@@ -10,8 +10,8 @@ from itertools import islice
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.dialled import Dialled
-from slipbench.identification.mismatch.fit.fitting import Fit, dials, renoised, whitened_as
+from slipbench.identification.mismatch.fit.fitting import Fit, parameters, renoised, whitened_as
+from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
 from slipbench.identification.mismatch.fit.resolution import strengths_of
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, moved
 from slipbench.identification.mismatch.fit.slopes import Slopes
@@ -40,16 +40,16 @@ def at_fixed_noise(start: Fit, steps: int = STEPS) -> Fit:
 
 
 def _climbed(fit: Fit, steps: int, along: bool) -> Fit:
-    held_back = 0
+    damping_index = 0
     for _ in range(steps):
-        new, held_back = _step(fit, along, held_back)
+        new, damping_index = _step(fit, along, damping_index)
         if new.score - fit.score < SETTLED:
             return new
         fit = new
     return fit
 
 
-def _step(fit: Fit, along: bool, held_back: int) -> tuple[Fit, int]:
+def _step(fit: Fit, along: bool, damping_index: int) -> tuple[Fit, int]:
     """Return the first of a full, shorter and damped steps that leads on, or the same fit.
 
     Where a step helps one drive and harms another, only what concerns the first is taken.
@@ -58,13 +58,13 @@ def _step(fit: Fit, along: bool, held_back: int) -> tuple[Fit, int]:
     slopes = Slopes.of(fit, along)
     full = _full_step(fit, slopes)
     if float(slopes.slope @ full) < 2 * SETTLED:
-        return fit, held_back
-    first = max(held_back - 1, 0)
+        return fit, damping_index
+    first = max(damping_index - 1, 0)
     for i, step in enumerate(islice(_steps(fit, full, slopes), first, None), start=first):
         new = _better(fit, step, along)
         if new is not None:
             return new, i
-    return fit, held_back
+    return fit, damping_index
 
 
 def _better(fit: Fit, step: Floats, along: bool) -> Fit | None:
@@ -76,7 +76,7 @@ def _better(fit: Fit, step: Floats, along: bool) -> Fit | None:
     new = renoised(bare) if along else bare
     if new.score > fit.score:
         return new
-    part = _what_helped(fit, bare, step)
+    part = _part_that_helped(fit, bare, step)
     if part is None:
         return None
     new = renoised(part) if along else part
@@ -85,7 +85,7 @@ def _better(fit: Fit, step: Floats, along: bool) -> Fit | None:
 
 def _full_step(fit: Fit, slopes: Slopes) -> Floats:
     """Return the step to where least squares leads, within bounds; coordinates, then dials."""
-    z, u = coordinates_of(fit.point), dials(fit.candidates)
+    z, u = coordinates_of(fit.point), parameters(fit.candidates)
     low, high = limits_of(fit, z)
     now, far = np.concatenate((z, u)), np.full(u.size, np.inf)
     low, high = np.concatenate((low, -far)), np.concatenate((high, far))
@@ -104,37 +104,37 @@ def _steps(fit: Fit, full: Floats, slopes: Slopes) -> Iterator[Floats]:
         yield step
 
 
-def _what_helped(fit: Fit, new: Fit, step: Floats) -> Fit | None:
+def _part_that_helped(fit: Fit, new: Fit, step: Floats) -> Fit | None:
     """Return the part of a step that concerns only drives which it helped; None: none or all."""
-    before, after = _by_drive(fit), _by_drive(new)
+    before, after = _by_subsystem(fit), _by_subsystem(new)
     helped = {d for d in before if after[d] < before[d]}
     gained = sum(before[d] - after[d] for d in helped)
     if gained < 2 * SETTLED or len(helped) == len(before):
         return None
-    own = np.array([helped.issuperset(drives) for drives in _drives(fit)])
+    own = np.array([helped.issuperset(subsystems) for subsystems in _subsystems(fit)])
     part = np.where(own, step, 0.0)
     places = coordinates_of(fit.point).size
     return there(fit, part[:places], part[places:]) if part.any() else None
 
 
-def _by_drive(fit: Fit) -> dict[str, float]:
+def _by_subsystem(fit: Fit) -> dict[str, float]:
     """Sum of the squares of what each drive's outputs leave."""
-    found = dict.fromkeys(fit.model.chain.drives, 0.0)
+    found = dict.fromkeys(fit.model.partition.subsystems, 0.0)
     first = 0
-    for block, rest in zip(fit.model.chain.blocks, fit.rest, strict=True):
+    for block, rest in zip(fit.model.partition.groups, fit.residuals, strict=True):
         rows = sum(r.size for r in rest)
-        found[block.drive] += float(np.sum(fit.aim[first : first + rows] ** 2))
+        found[block.subsystem] += float(np.sum(fit.whitened_residuals[first : first + rows] ** 2))
         first += rows
     return found
 
 
-def _drives(fit: Fit) -> list[tuple[str, ...]]:
+def _subsystems(fit: Fit) -> list[tuple[str, ...]]:
     """Drives that each coordinate and each dial can change."""
-    system, chain = fit.model.system, fit.model.chain
-    found = [system.touched(chain, c) for c in fit.model.known]
-    found += [system.slow_drives(chain)] * sum(q.size for q in fit.point.q)
+    system, partition = fit.model.system, fit.model.partition
+    found = [system.touched(partition, c) for c in fit.model.known]
+    found += [system.slow_subsystems(partition)] * sum(q.size for q in fit.point.q)
     for candidate, effect in zip(fit.candidates, fit.point.effects, strict=False):
-        found += [fit.model.concerned(effect)] * len(candidate.dials)
+        found += [fit.model.subsystems_changed_by(effect)] * len(candidate.parameters)
     return found
 
 
@@ -156,8 +156,8 @@ def there(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
         predicted = predict(fit.model, point)
     except PlantError:
         return None
-    measured = "columns" in fit.__dict__
-    strengths = strengths_of(fit.columns) if measured else fit.strengths
+    measured = "effect_columns" in fit.__dict__
+    strengths = strengths_of(fit.effect_columns) if measured else fit.strengths
     new = replace(
         fit,
         point=point,
@@ -169,9 +169,9 @@ def there(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
     return whitened_as(fit, new)
 
 
-def turned(now: Sequence[Dialled], step: Floats) -> tuple[Dialled, ...]:
+def turned(now: Sequence[Hypothesis], step: Floats) -> tuple[Hypothesis, ...]:
     """Return the candidates with all their dials moved."""
     if not now:
         return ()
-    places = np.cumsum([len(c.dials) for c in now])[:-1]
+    places = np.cumsum([len(c.parameters) for c in now])[:-1]
     return tuple(c.moved(s) for c, s in zip(now, np.split(step, places), strict=True))

@@ -35,7 +35,7 @@ def sensitivities(fine: Model, point: Point, strengths: Sequence[float] = ()) ->
     """
     model = fine.for_slopes
     found = none(model, point)
-    jobs = [(r, d) for d in model.chain.drives for r in range(len(model.records))]
+    jobs = [(r, d) for d in model.partition.subsystems for r in range(len(model.records))]
     system = model.at(point)
     if not all(in_threads(lambda job: _derive(model, point, system, *job, found), jobs)):
         _compare(model, point, found, strengths)
@@ -43,13 +43,13 @@ def sensitivities(fine: Model, point: Point, strengths: Sequence[float] = ()) ->
 
 
 def _derive(
-    model: Model, point: Point, system: System, record: int, drive: str, found: Series
+    model: Model, point: Point, system: System, record: int, subsystem: str, found: Series
 ) -> bool:
     """Write sensitivities of one drive of one record; tell whether the system could."""
     done = system.derivatives(
         model.records[record],
-        model.chain,
-        drive,
+        model.partition,
+        subsystem,
         point.q[record],
         acting(model, point, record),
         model.known,
@@ -59,8 +59,8 @@ def _derive(
         return False
     before = len(point.x) + sum(len(q) for q in point.q[:record])
     places = [*done.known, *range(before, before + done.slow)]
-    for b, block in enumerate(model.chain.blocks):
-        if block.drive == drive:
+    for b, block in enumerate(model.partition.groups):
+        if block.subsystem == subsystem:
             known = model.known_bins[b][record]
             into = found[b][record]
             shown = look_along(model, point, system, b, record, done)
@@ -72,7 +72,7 @@ def _derive(
 
 def _compare(model: Model, point: Point, found: Series, strengths: Sequence[float]) -> None:
     """Write sensitivities by finite differences."""
-    drives = frozenset(model.chain.drives)
+    subsystems = frozenset(model.partition.subsystems)
     base = predict(model, point)
     total, own = coordinates_of(point).size, len(point.x)
     usual = [DIFFERENCE_STEP] * own + [SLOW_NUDGE] * (total - own)
@@ -80,8 +80,8 @@ def _compare(model: Model, point: Point, found: Series, strengths: Sequence[floa
         step_of(*pair) for pair in zip(usual, strengths or [0.0] * total, strict=True)
     ]
     jobs = [
-        *_own(model, point, drives, difference_steps),
-        *_slow(model, point, drives, difference_steps),
+        *_own(model, point, subsystems, difference_steps),
+        *_slow(model, point, subsystems, difference_steps),
     ]
     for job, (there, nudge) in zip(jobs, in_threads(lambda job: job.run(model), jobs), strict=True):
         put(model, found, job.column, there, base, nudge)
@@ -97,7 +97,7 @@ class _Nudged:
     column: int
     point: Point
     nudge: float
-    drives: frozenset[str]
+    subsystems: frozenset[str]
     records: tuple[int, ...] | None = None
     backward: Point | None = None
 
@@ -107,19 +107,19 @@ class _Nudged:
         Backward where the system cannot be simulated forward; raises PlantError where neither can.
         """
         try:
-            return predict(model, self.point, self.drives, self.records), self.nudge
+            return predict(model, self.point, self.subsystems, self.records), self.nudge
         except PlantError:
             if self.backward is None:
                 raise
-        return predict(model, self.backward, self.drives, self.records), -self.nudge
+        return predict(model, self.backward, self.subsystems, self.records), -self.nudge
 
 
 def _own(
-    model: Model, point: Point, drives: frozenset[str], difference_steps: Sequence[float]
+    model: Model, point: Point, subsystems: frozenset[str], difference_steps: Sequence[float]
 ) -> Iterator[_Nudged]:
     """Yield a point beside another for every number of the system."""
     for i in range(len(point.x)):
-        touched = drives.intersection(model.system.touched(model.chain, model.known[i]))
+        touched = subsystems.intersection(model.system.touched(model.partition, model.known[i]))
         if touched:
             step = difference_steps[i] * (np.arange(len(point.x)) == i)
             forward, backward = (replace(point, x=point.x + s) for s in (step, -step))
@@ -127,11 +127,11 @@ def _own(
 
 
 def _slow(
-    model: Model, point: Point, drives: frozenset[str], difference_steps: Sequence[float]
+    model: Model, point: Point, subsystems: frozenset[str], difference_steps: Sequence[float]
 ) -> Iterator[_Nudged]:
     """Yield a point beside another for every number of the slow unknown."""
     column = len(point.x)
-    slow = drives.intersection(model.system.slow_drives(model.chain))
+    slow = subsystems.intersection(model.system.slow_subsystems(model.partition))
     for r, q in enumerate(point.q if slow else ()):
         for k in range(len(q)):
             moved = q.copy()
@@ -166,10 +166,10 @@ def change(
     new = [e for e in effects if e not in point.effects]
     if all(hasattr(e, "tooth_offsets") for e in new) and len(effects) > len(point.effects):
         return _of_the_discs(model, new)
-    concerned = {d for e in new for d in model.concerned(e)}
-    drives = [d for d in model.chain.drives if d in concerned]
-    told = all(model.only_told(e) for e in new)
-    there = predict(model, replace(point, effects=effects), drives, runs=runs if told else None)
+    concerned = {d for e in new for d in model.subsystems_changed_by(e)}
+    subsystems = [d for d in model.partition.subsystems if d in concerned]
+    told = all(model.changes_only_sensors(e) for e in new)
+    there = predict(model, replace(point, effects=effects), subsystems, runs=runs if told else None)
     return [
         [(t - s) * k if t.size else t for t, s, k in zip(ts, ss, ks, strict=True)]
         for ts, ss, ks in zip(there, base, model.known_bins, strict=True)
@@ -178,8 +178,8 @@ def change(
 
 def _of_the_discs(model: Model, effects: list[Effect]) -> Series:
     """What displaced teeth add; nothing has to be simulated for it."""
-    found: Series = [[np.empty(0)] * len(model.records) for _ in model.chain.blocks]
-    for b, block in enumerate(model.chain.blocks):
+    found: Series = [[np.empty(0)] * len(model.records) for _ in model.partition.groups]
+    for b, block in enumerate(model.partition.groups):
         for r, record in enumerate(model.records):
             seen = np.zeros(model.measured[b][r].shape)
             misplace(seen, block.outputs, record, effects)

@@ -27,7 +27,7 @@ def shapes(kind: type[Effect]) -> list[Parameter]:
     return [p for p in kind.parameters() if not (p.sized or p.whole or p.given)]
 
 
-def wholes(kind: type[Effect]) -> list[Parameter]:
+def integer_parameters(kind: type[Effect]) -> list[Parameter]:
     """Parameters that are whole numbers."""
     return [p for p in kind.parameters() if not p.sized and p.whole]
 
@@ -43,7 +43,7 @@ def limits(kind: type[Effect]) -> bool:
     return math.isinf(sizes(kind)[0].absent)
 
 
-def tried_sizes(kind: type[Effect]) -> tuple[float, ...]:
+def trial_sizes(kind: type[Effect]) -> tuple[float, ...]:
     """Sizes at which an effect is tried, smallest first.
 
     A limit does nothing until it is reached and then very much, so it is tried in smaller steps.
@@ -93,7 +93,7 @@ def as_shape(p: Parameter, at: float, value: float) -> float:
     return (value - at) * 8.0 / (p.high - p.low)
 
 
-def shape_reach(p: Parameter, at: float) -> tuple[float, float]:
+def shape_range(p: Parameter, at: float) -> tuple[float, float]:
     """Return between how many prior deviations a shape means anything."""
     low = -math.inf if by_factors(p, at) and p.low == 0.0 else as_shape(p, at, p.low)
     return low, as_shape(p, at, p.high)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from slipbench.identification.mismatch.fit.fitting import Fit, deviations, dials
+from slipbench.identification.mismatch.fit.fitting import Fit, deviations, parameters
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of
 from slipbench.identification.mismatch.fit.whitening import pasts, root_of_normal
 from slipbench.identification.mismatch.simulation.once import once
@@ -40,11 +40,11 @@ class Slopes:
         columns, now = fit.nuisances.columns, coordinates_of(fit.point)
         precision = np.ones(now.size)
         if fit.candidates:
-            columns = np.concatenate((columns, fit.columns), axis=1)
-            now = np.concatenate((now, dials(fit.candidates)))
+            columns = np.concatenate((columns, fit.effect_columns), axis=1)
+            now = np.concatenate((now, parameters(fit.candidates)))
             precision = np.concatenate((precision, deviations(fit.candidates) ** -2.0))
         inside = in_noise(fit, columns) if along else np.zeros((0, now.size))
-        return cls(columns, inside, precision, columns.T @ fit.aim - precision * now)
+        return cls(columns, inside, precision, columns.T @ fit.whitened_residuals - precision * now)
 
     @once
     def normal(self) -> Floats:
@@ -61,7 +61,9 @@ def in_noise(fit: Fit, columns: Floats) -> Floats:
     """
     parts = [np.zeros((0, columns.shape[1]))]
     first = 0
-    for block, noise, rest in zip(fit.model.chain.blocks, fit.noise, fit.rest, strict=True):
+    for block, noise, rest in zip(
+        fit.model.partition.groups, fit.noise, fit.residuals, strict=True
+    ):
         rows = sum(r.size for r in rest)
         if noise.order:
             parts.append(_in_block(rest, noise.order, columns[first : first + rows], block.memory))

@@ -28,7 +28,8 @@ def residuals(model: Model, predicted: Series) -> Series:
 def whiteners(model: Model, rest: Series) -> list[Whitener]:
     """Fit the noise model of every block."""
     return [
-        whitener(r, b.order, memory=b.memory) for b, r in zip(model.chain.blocks, rest, strict=True)
+        whitener(r, b.order, memory=b.memory)
+        for b, r in zip(model.partition.groups, rest, strict=True)
     ]
 
 
@@ -99,15 +100,15 @@ class Nuisances:
         """Return coordinates that explain a series best, priors weighed in."""
         return self.solve(self.columns.T @ series)
 
-    def off(self, series: Floats) -> Floats:
+    def project_out(self, series: Floats) -> Floats:
         """Return what of a series the nuisances cannot explain, (rows + p,) or (rows + p, k).
 
         The last p rows are what the explained part costs: coordinates away from what was believed
         count like residuals, so that what calibration hides only by leaving its priors is seen.
         """
-        return self.less(series, self.fit(series))
+        return self.subtract(series, self.fit(series))
 
-    def inside(self, columns: Floats) -> tuple[Floats, Floats]:
+    def products(self, columns: Floats) -> tuple[Floats, Floats]:
         """Return the products of nuisances with columns, and the coordinates that hide these.
 
         columns: (rows, k); both (p, k). The first transposed times the second is what `off` takes
@@ -116,16 +117,16 @@ class Nuisances:
         products = self.columns.T @ columns
         return products, self.solve(products)
 
-    def less(self, columns: Floats, hidden: Floats) -> Floats:
+    def subtract(self, columns: Floats, hidden: Floats) -> Floats:
         """Return columns less what coordinates explain of them, (rows + p, k); see `off`."""
         return np.concatenate((columns - self.columns @ hidden, -hidden))
 
-    def left(self, aim: Floats, z: Floats) -> Floats:
+    def projected_residuals(self, aim: Floats, z: Floats) -> Floats:
         """Return residuals at coordinates z, and z itself, off the nuisances, (rows + p,)."""
         step = self.solve(self.columns.T @ aim - z)
         return np.concatenate((aim - self.columns @ step, -z - step))
 
-    def grouped(self, groups: Integers) -> Integers:
+    def clustered(self, groups: Integers) -> Integers:
         """Return the group of each of those rows; every belief is one of its own."""
         own = 1 + int(groups.max(initial=-1)) + np.arange(self.columns.shape[1])
         return np.concatenate((groups, own))

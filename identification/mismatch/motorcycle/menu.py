@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slipbench.identification.mismatch.motorcycle.record import BIN, LEAD_IN, OVERHANG, STEP
-from slipbench.identification.mismatch.motorcycle.slow_road import road_hats
+from slipbench.identification.mismatch.motorcycle.slow_road import road_tents
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sampling import Grid
 from slipbench.identification.mismatch.simulation.sensor import (
@@ -132,7 +132,7 @@ def rehearse(bike: Motorcycle, like: Record, choice: Choice) -> Record:
     _, out = simulation.advance(state, inputs)
     grid = Grid(rows, LEAD_IN, int(((rows - settled) * STEP - OVERHANG) / BIN), BIN, STEP)
     sensors, measured = _sensors(bike, like, out, time, grid), _measured(like, out)
-    slow = road_hats(rows, bike.body.mass, LEAD_IN, STEP)
+    slow = road_tents(rows, bike.body.mass, LEAD_IN, STEP)
     return Record(str(choice), 0.0, grid, inputs.table, measured, sensors, slow)
 
 
@@ -142,7 +142,7 @@ def _sensors(
     found = dict[str, Sensor]()
     for name, like in recorded.sensors.items():
         if like.offsets is None:
-            (column,) = like.see
+            (column,) = like.observation
             every = round(PERIODS.get(name, USUAL) / STEP)
             samples = Sampled(time[every - 1 :: every], out[column][every - 1 :: every], like.clock)
             found[name] = point_sensor(name, like.unit, column, 1.0, samples, grid)

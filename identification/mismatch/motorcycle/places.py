@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.equations import EQUATIONS
@@ -12,9 +12,9 @@ from slipbench.plant.motorcycle import Motorcycle
 from slipbench.plant.signals import Floats, Inputs
 
 PLACES = (
-    Injection("servo force", "throttle_servo", "1", 0.01, "servo", {"throttle_command": 1.0}),
-    Injection("engine torque", "engine", "N m", 5.0, "motion", {"engine_disturbance": 1.0}),
-    Injection(
+    InjectionPoint("servo force", "throttle_servo", "1", 0.01, "servo", {"throttle_command": 1.0}),
+    InjectionPoint("engine torque", "engine", "N m", 5.0, "motion", {"engine_disturbance": 1.0}),
+    InjectionPoint(
         "driveline torque",
         "driveline",
         "N m",
@@ -22,9 +22,11 @@ PLACES = (
         "motion",
         {"engine_disturbance": -1.0, "rear_brake": -1.0},
     ),
-    Injection("tyre force", "tyre", "N", 100.0, "motion", {"rear_brake": 1.0, "road_force": 1.0}),
-    Injection("wheel torque", "rear_wheel", "N m", 20.0, "motion", {"rear_brake": -1.0}),
-    Injection("road force", "body", "N", 60.0, "motion", {"road_force": 1.0}),
+    InjectionPoint(
+        "tyre force", "tyre", "N", 100.0, "motion", {"rear_brake": 1.0, "road_force": 1.0}
+    ),
+    InjectionPoint("wheel torque", "rear_wheel", "N m", 20.0, "motion", {"rear_brake": -1.0}),
+    InjectionPoint("road force", "body", "N", 60.0, "motion", {"road_force": 1.0}),
 )
 """The wheel's torque is pushed through the rear brake, with its sign."""
 OVER_RATIO = {"driveline torque": "engine_disturbance"}
@@ -34,13 +36,13 @@ OVER_RADIUS = {"tyre force": "rear_brake"}
 
 
 def columns(
-    place: Injection, bike: Motorcycle, record: Record, course: Floats
+    place: InjectionPoint, bike: Motorcycle, record: Record, course: Floats
 ) -> dict[str, Floats]:
     """Columns of the inputs for a course of the injected quantity, row by row.
 
     What pushes in the servo goes in with the command, as much earlier as the servo delays that.
     """
-    found: Mapping[str, float] = place.push
+    found: Mapping[str, float] = place.inputs
     if "throttle_command" in found:
         course = later(course, -bike.throttle_servo.delay / record.grid.step)
     ratio = bike.gears[int(Inputs(record.inputs).gear[0]) - 1]

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.motorcycle.slow_road import road_hats
+from slipbench.identification.mismatch.motorcycle.slow_road import road_tents
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sampling import Grid, at_points, at_points_sharp
 from slipbench.identification.mismatch.simulation.sensor import (
@@ -83,7 +83,7 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
     sensors = _sensors(data, vehicle, start, grid)
     measured = _measured(data, vehicle, time)
     inputs = _inputs(data, base, vehicle, time, measured)
-    slow = road_hats(rows, vehicle.motorcycle.body.mass, LEAD_IN, STEP)
+    slow = road_tents(rows, vehicle.motorcycle.body.mass, LEAD_IN, STEP)
     return Record(
         recording.folder.name, start, grid, inputs.table, measured, sensors, slow, left_out=left_out
     )

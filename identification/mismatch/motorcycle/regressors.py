@@ -10,7 +10,8 @@ import numpy as np
 from scipy import signal
 
 from slipbench.identification.mismatch.motorcycle.places import later
-from slipbench.identification.mismatch.simulation.along import (
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.regressor import (
     ANGLE,
     DETAIL,
     HYSTERESIS,
@@ -20,7 +21,6 @@ from slipbench.identification.mismatch.simulation.along import (
     quantity_of,
     scale,
 )
-from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.plant.signals import Floats, Inputs, Outputs
 
 MOTION = (
@@ -102,7 +102,7 @@ UNITS: Mapping[str, str] = {
 
 
 def motion_regressors(record: Record, out: Outputs, spark_delay: float) -> dict[str, Floats]:
-    """Courses for what acts between the throttle plate and the road, (rows,) each.
+    """Waveforms for what acts between the throttle plate and the road, (rows,) each.
 
     spark_delay: s, after which an advance that was asked for is felt.
     """
@@ -131,7 +131,7 @@ def motion_regressors(record: Record, out: Outputs, spark_delay: float) -> dict[
 
 
 def servo_regressors(record: Record, out: Outputs, delay: float) -> dict[str, Floats]:
-    """Courses for what acts in the throttle servo, (rows,) each.
+    """Waveforms for what acts in the throttle servo, (rows,) each.
 
     delay: s, after which a command is the motor's.
 

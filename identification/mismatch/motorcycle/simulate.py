@@ -6,9 +6,9 @@ from inspect import signature
 
 import numpy as np
 
-from slipbench.identification.mismatch.motorcycle.blocks import SERVO_SEAMS, changes_simulation
+from slipbench.identification.mismatch.motorcycle.causal_cut import SERVO_SEAMS, changes_simulation
 from slipbench.identification.mismatch.motorcycle.record import LEAD_IN, TRUE_SPEED
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.simulation.recent import Recent
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.plant.effects.effect import Effect
@@ -27,21 +27,21 @@ FINER = 2
 def simulate(
     bike: Motorcycle,
     record: Record,
-    chain: Chain,
-    drive: str,
+    partition: CausalPartition,
+    subsystem: str,
     q: Floats,
     added: Mapping[str, Floats],
 ) -> Outputs:
     """Run one drive of one record. q: of the slow road; added: to columns of the inputs."""
-    simulation, state, inputs = ready(bike, record, chain, drive, q, added)
+    simulation, state, inputs = ready(bike, record, partition, subsystem, q, added)
     return simulation.advance(state, inputs)[1]
 
 
 def shown(
     bike: Motorcycle,
     record: Record,
-    chain: Chain,
-    drive: str,
+    partition: CausalPartition,
+    subsystem: str,
     q: Floats,
     added: Mapping[str, Floats],
     finer: int,
@@ -50,19 +50,23 @@ def shown(
 
     They may be kept for other calls: not to be written.
     """
-    outputs = [o for block in chain.blocks if block.drive == drive for o in block.outputs]
-    wanted = tuple(sorted({column for o in outputs for column in record.sensors[o].see}))
-    if drive == "servo" and not added:
-        return _servo(bike, record, chain, finer, wanted)
-    simulation, state, inputs = ready(bike, record, chain, drive, q, added, finer, drive == "servo")
+    outputs = [
+        o for block in partition.groups if block.subsystem == subsystem for o in block.outputs
+    ]
+    wanted = tuple(sorted({column for o in outputs for column in record.sensors[o].observation}))
+    if subsystem == "servo" and not added:
+        return _servo(bike, record, partition, finer, wanted)
+    simulation, state, inputs = ready(
+        bike, record, partition, subsystem, q, added, finer, subsystem == "servo"
+    )
     return simulation.trajectories(state, inputs, wanted)
 
 
 def ready(
     bike: Motorcycle,
     record: Record,
-    chain: Chain,
-    drive: str,
+    partition: CausalPartition,
+    subsystem: str,
     q: Floats,
     added: Mapping[str, Floats],
     finer: int = FINER,
@@ -73,7 +77,7 @@ def ready(
     simulation = _simulation(bike, step, finer, servo_only)
     settling = round(LEAD_IN / step)
     speed = true_speed(record, bike, settling + SMOOTH)
-    table = _table(bike, record, chain, drive, q, smoothed(speed)[:settling], finer)
+    table = _table(bike, record, partition, subsystem, q, smoothed(speed)[:settling], finer)
     if added:
         table = table.copy()
     for name, course in added.items():
@@ -103,11 +107,17 @@ _ERRORS: Recent[Floats] = Recent(6)
 
 
 def _table(
-    bike: Motorcycle, record: Record, chain: Chain, drive: str, q: Floats, lead: Floats, finer: int
+    bike: Motorcycle,
+    record: Record,
+    partition: CausalPartition,
+    subsystem: str,
+    q: Floats,
+    lead: Floats,
+    finer: int,
 ) -> Floats:
     """Inputs of a drive, row by row. lead: the speed that leads it in; kept, not to be written."""
-    leads = chain.drives[drive]
-    wrong = tuple(e for e in bike.effects if changes_simulation(e, chain, drive))
+    leads = partition.subsystems[subsystem]
+    wrong = tuple(e for e in bike.effects if changes_simulation(e, partition, subsystem))
     turning = any(e.unseen_turn for e in bike.effects)
     by = (wrong, *_servo_parts(bike), finer) if wrong and leads else None
 
@@ -115,7 +125,7 @@ def _table(
         table = _led(record, leads).copy()
         for source, column in leads:
             if wrong:
-                told = _told_too_much(bike, record, chain, wrong, source, finer)
+                told = _told_too_much(bike, record, partition, wrong, source, finer)
                 table[:, Inputs.names.index(column)] -= told
         inputs = Inputs(table)
         if q.size:
@@ -139,7 +149,7 @@ def _recorded_turning(record: Record) -> Floats | float:
 def _told_too_much(
     bike: Motorcycle,
     record: Record,
-    chain: Chain,
+    partition: CausalPartition,
     wrong: tuple[Effect, ...],
     source: str,
     finer: int,
@@ -151,19 +161,25 @@ def _told_too_much(
     sensor = record.sensors[source]
 
     def make() -> Floats:
-        out = _servo(bike, record, chain, finer, tuple(sorted(sensor.see)))
+        out = _servo(bike, record, partition, finer, tuple(sorted(sensor.observation)))
         return sensor.error(out, wrong, record.time)
 
     return _ERRORS.of(record, (source, wrong, *_servo_parts(bike), finer), make)
 
 
 def _servo(
-    bike: Motorcycle, record: Record, chain: Chain, finer: int, columns: tuple[str, ...]
+    bike: Motorcycle,
+    record: Record,
+    partition: CausalPartition,
+    finer: int,
+    columns: tuple[str, ...],
 ) -> Mapping[str, Floats]:
     """Some outputs of the throttle servo under the recorded command; kept, not to be written."""
 
     def make() -> Mapping[str, Floats]:
-        simulation, state, inputs = ready(bike, record, chain, "servo", NO_ROAD, {}, finer, True)
+        simulation, state, inputs = ready(
+            bike, record, partition, "servo", NO_ROAD, {}, finer, True
+        )
         return simulation.trajectories(state, inputs, columns)
 
     return _SERVOS.of(record, (columns, *_servo_parts(bike), finer), make)

@@ -11,14 +11,16 @@ from slipbench.plant.signals import Floats
 KNOT = 1.5  # s
 FORCE = 30.0  # N, 1 sigma
 RELEASE = 0.05  # m/s, 1 sigma
-PUSH = 0.05  # s
+DISTURBANCE = 0.05  # s
 
 
-def road_hats(rows: int, mass: float, lead_in: float, step: float) -> Floats:
+def road_tents(rows: int, mass: float, lead_in: float, step: float) -> Floats:
     """Force per unit of each coordinate, (rows, K), N. lead_in, step: s."""
     time = step * (np.arange(rows) + 0.5)
     knots = np.linspace(lead_in, time[-1], max(int((time[-1] - lead_in) / KNOT), 2) + 1)
     spacing = knots[1] - knots[0]
-    hats = FORCE * np.maximum(0.0, 1.0 - np.abs(time[:, None] - knots) / spacing)
-    push = np.where((time > lead_in) & (time < lead_in + PUSH), mass * RELEASE / PUSH, 0.0)
-    return np.column_stack((hats * (time > lead_in)[:, None], push))
+    tents = FORCE * np.maximum(0.0, 1.0 - np.abs(time[:, None] - knots) / spacing)
+    push = np.where(
+        (time > lead_in) & (time < lead_in + DISTURBANCE), mass * RELEASE / DISTURBANCE, 0.0
+    )
+    return np.column_stack((tents * (time > lead_in)[:, None], push))

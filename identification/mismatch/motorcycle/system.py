@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 import tomli_w
 
-from slipbench.identification.mismatch.motorcycle import blocks, places
+from slipbench.identification.mismatch.motorcycle import causal_cut, places
 from slipbench.identification.mismatch.motorcycle.check import check_same_vehicle
 from slipbench.identification.mismatch.motorcycle.coordinates import coordinates, motorcycle_at
 from slipbench.identification.mismatch.motorcycle.menu import Choice, menu, rehearse, trial_tree
@@ -22,10 +22,10 @@ from slipbench.identification.mismatch.motorcycle.regressors import (
 from slipbench.identification.mismatch.motorcycle.simulate import FINER, shown, simulate
 from slipbench.identification.mismatch.motorcycle.tangents import derivatives
 from slipbench.identification.mismatch.motorcycle.turns import crank_turns
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.derivatives import Derivatives
-from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.simulation.turn import Turn
@@ -109,7 +109,7 @@ class MotorcycleSystem(System):
         vars(self)["_last"] = (known, x.copy(), new)
         return new
 
-    def believed(self, plus_minus: Mapping[str, float]) -> Self:
+    def as_improved(self, plus_minus: Mapping[str, float]) -> Self:
         """Return the vehicle under an improved one's name."""
         vehicle = replace(
             self.vehicle,
@@ -138,68 +138,79 @@ class MotorcycleSystem(System):
         """Refuse what no gear of this vehicle can bring about."""
         check_same_vehicle(self.vehicle.motorcycle, record)
 
-    def chain(self, records: Sequence[Record]) -> Chain:
+    def partition(self, records: Sequence[Record]) -> CausalPartition:
         """Cut at the throttle and at the speeds."""
-        return blocks.chain(records)
+        return causal_cut.partition(records)
 
-    def coordinates(self, records: Sequence[Record], chain: Chain) -> list[Coordinate]:
+    def coordinates(
+        self, records: Sequence[Record], partition: CausalPartition
+    ) -> list[Coordinate]:
         """Parameters of blocks, gears in use, and clocks beside the one all others are seen by."""
         gears = {int(g) for r in records for g in set(Inputs(r.inputs).gear) if g > 0}
         clocks = {
             r.sensors[o].clock
             for r in records
-            for b in chain.blocks
+            for b in partition.groups
             if b.sensors_suspected
             for o in b.outputs
         }
         reference = "ecu" if "ecu" in clocks else min(clocks, default="")
         return coordinates(self.vehicle, gears, clocks - {reference})
 
-    def touched(self, chain: Chain, coordinate: Coordinate) -> tuple[str, ...]:
+    def touched(self, partition: CausalPartition, coordinate: Coordinate) -> tuple[str, ...]:
         """Return the servo for the servo's numbers, the motion for all others."""
-        servo = "servo" in chain.drives and coordinate.owner == "throttle_servo"
+        servo = "servo" in partition.subsystems and coordinate.owner == "throttle_servo"
         return ("servo",) if servo else ("motion",)
 
-    def slow_drives(self, chain: Chain) -> tuple[str, ...]:
+    def slow_subsystems(self, partition: CausalPartition) -> tuple[str, ...]:
         """Wind and grade push the motion."""
         return ("motion",)
 
-    def concerns(self, effect: Effect, chain: Chain, drive: str) -> bool:
+    def concerns(self, effect: Effect, partition: CausalPartition, subsystem: str) -> bool:
         """Tell it from the effect's seams and channel."""
-        return blocks.concerns(effect, chain, drive)
+        return causal_cut.concerns(effect, partition, subsystem)
 
-    def only_told(self, effect: Effect, chain: Chain) -> bool:
+    def changes_only_sensors(self, effect: Effect, partition: CausalPartition) -> bool:
         """What the throttle's sensor tells leads the motion."""
-        leads = any(blocks.changes_simulation(effect, chain, d) for d in chain.drives)
+        leads = any(
+            causal_cut.changes_simulation(effect, partition, d) for d in partition.subsystems
+        )
         return hasattr(effect, "measure") and not leads
 
     def simulate(
-        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
+        self,
+        record: Record,
+        partition: CausalPartition,
+        subsystem: str,
+        q: Floats,
+        added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
         """Run one drive of one record."""
-        return shown(self.vehicle.motorcycle, record, chain, drive, q, added, self.finer)
+        return shown(self.vehicle.motorcycle, record, partition, subsystem, q, added, self.finer)
 
     def derivatives(
         self,
         record: Record,
-        chain: Chain,
-        drive: str,
+        partition: CausalPartition,
+        subsystem: str,
         q: Floats,
         added: Mapping[str, Floats],
         known: Sequence[Coordinate],
         x: Floats,
     ) -> Derivatives:
         """Run one drive with tangents."""
-        numbers = [i for i, k in enumerate(known) if drive in self.touched(chain, k)]
+        numbers = [i for i, k in enumerate(known) if subsystem in self.touched(partition, k)]
         bike = self.vehicle.motorcycle
-        return derivatives(bike, record, chain, drive, q, added, self.finer, known, x, numbers)
+        return derivatives(
+            bike, record, partition, subsystem, q, added, self.finer, known, x, numbers
+        )
 
     def acts_at(self, effect: Effect) -> str:
         """Return the place that an effect's first seam belongs to, or its channel's sensor."""
         return places.acts_at(effect)
 
     def curve(
-        self, place: Injection, regressor: str, knots: Floats, values: Floats, number: int
+        self, place: InjectionPoint, regressor: str, knots: Floats, values: Floats, number: int
     ) -> Effect | None:
         """Return the plant's free curve."""
         return free_curve(place.name, regressor, tuple(knots), tuple(values), number)
@@ -212,25 +223,32 @@ class MotorcycleSystem(System):
         """Return it with one step of integration in a row."""
         return replace(self, finer=1)
 
-    def places(self, chain: Chain) -> list[Injection]:
+    def places(self, partition: CausalPartition) -> list[InjectionPoint]:
         """From the servo to the road."""
-        return [p for p in places.PLACES if p.drive in chain.drives]
+        return [p for p in places.PLACES if p.subsystem in partition.subsystems]
 
-    def push(self, place: Injection, record: Record, course: Floats) -> dict[str, Floats]:
-        """Push through the inputs of the plant."""
+    def input_disturbance(
+        self, place: InjectionPoint, record: Record, course: Floats
+    ) -> dict[str, Floats]:
+        """InputDisturbance through the inputs of the plant."""
         return places.columns(place, self.vehicle.motorcycle, record, course)
 
     def regressors(
-        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
+        self,
+        record: Record,
+        partition: CausalPartition,
+        subsystem: str,
+        q: Floats,
+        added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
         """Quantities of the servo, or of all from the throttle plate to the road."""
-        out = simulate(self.vehicle.motorcycle, record, chain, drive, q, added)
+        out = simulate(self.vehicle.motorcycle, record, partition, subsystem, q, added)
         bike = self.vehicle.motorcycle
-        if drive == "servo":
+        if subsystem == "servo":
             return servo_regressors(record, out, bike.throttle_servo.delay)
         return motion_regressors(record, out, bike.engine.spark_delay)
 
-    def menu(self) -> Sequence[Choice]:
+    def experiments(self) -> Sequence[Choice]:
         """Sweeps and square waves of throttle and spark."""
         return tuple(menu(len(self.vehicle.motorcycle.gears)))
 

@@ -13,7 +13,7 @@ from slipbench.identification.mismatch.motorcycle.simulate import (
     starts,
     true_speed,
 )
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.derivatives import Derivatives
 from slipbench.identification.mismatch.simulation.record import Record
@@ -30,8 +30,8 @@ ROLLING = ("front_wheel", "rear_wheel", "gears")
 def derivatives(
     bike: Motorcycle,
     record: Record,
-    chain: Chain,
-    drive: str,
+    partition: CausalPartition,
+    subsystem: str,
     q: Floats,
     added: Mapping[str, Floats],
     finer: int,
@@ -45,10 +45,10 @@ def derivatives(
     The slow unknown acts in the motion alone.
     """
     simulation, state, inputs = ready(
-        bike, record, chain, drive, q, added, finer, servo_only=drive == "servo"
+        bike, record, partition, subsystem, q, added, finer, servo_only=subsystem == "servo"
     )
     moving = [i for i in numbers if not known[i].of_clock]
-    slow = 0 if drive == "servo" else q.size
+    slow = 0 if subsystem == "servo" else q.size
     states = np.zeros((len(simulation.layout.states), len(moving) + slow))
     courses: dict[str, Floats] = {}
     if slow:
@@ -64,8 +64,10 @@ def derivatives(
             )
             course[: lead.size, column] = lead
     names = {_parameter(known[i]): column for column, i in enumerate(moving)}
-    outputs = [o for block in chain.blocks if block.drive == drive for o in block.outputs]
-    wanted = sorted({column for o in outputs for column in record.sensors[o].see})
+    outputs = [
+        o for block in partition.groups if block.subsystem == subsystem for o in block.outputs
+    ]
+    wanted = sorted({column for o in outputs for column in record.sensors[o].observation})
     out, slopes = sensitivities(simulation, state, inputs, wanted, names, states, courses)
     scale = np.ones(len(moving) + slow)
     scale[: len(moving)] = [_per_coordinate(bike, known[i], float(x[i])) for i in moving]

@@ -12,12 +12,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
-from slipbench.identification.mismatch.fit.dialled import Dialled
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
 from slipbench.identification.mismatch.fit.held_out import Veto, contradicted
-from slipbench.identification.mismatch.fit.scatter import FAMILY, SHARE
-from slipbench.identification.mismatch.naming.certainty import Certainty
+from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
+from slipbench.identification.mismatch.fit.variance_inflation import FAMILY, SHARE
 from slipbench.identification.mismatch.naming.interval import significance
+from slipbench.identification.mismatch.naming.significance import SignificanceRule
 from slipbench.identification.mismatch.simulation.model import Model
 
 ENOUGH = 12.0  # nats that an effect must bring
@@ -41,7 +41,7 @@ class Acceptance:
     found: Mapping[str, int] = field(default_factory=dict)
 
     @property
-    def certainty(self) -> Certainty:
+    def certainty(self) -> SignificanceRule:
         """How certain the size of what the last screening found must be."""
         return self._certainty(self.screenings)
 
@@ -49,16 +49,16 @@ class Acceptance:
         """Tell whether effect i of a fit is certain at the level at which it was found."""
         return self._certainty_of(fit, i).holds(fit, i)
 
-    def all_certain(self, fit: Fit) -> bool:
+    def all_significant(self, fit: Fit) -> bool:
         """Tell whether all effects of a fit are."""
         return all(self.certain(fit, i) for i in range(len(fit.candidates)))
 
-    def _certainty_of(self, fit: Fit, i: int) -> Certainty:
+    def _certainty_of(self, fit: Fit, i: int) -> SignificanceRule:
         return self._certainty(self.found.get(fit.candidates[i].name, self.screenings))
 
-    def _certainty(self, number: int) -> Certainty:
+    def _certainty(self, number: int) -> SignificanceRule:
         share = 1.0 / (number * (number + 1))
-        return Certainty(FAMILY * SHARE * share / self.tests, self.held_out)
+        return SignificanceRule(FAMILY * SHARE * share / self.tests, self.held_out)
 
     def accepts(self, before: Fit, after: Fit) -> bool:
         """Tell whether all that is new in a fit brings enough and is certain."""
@@ -93,16 +93,16 @@ class Acceptance:
         return None if self.held_out is None else contradicted(before, after, self.held_out)
 
 
-def _family_wise(p: float, level: Certainty) -> float:
+def _family_wise(p: float, level: SignificanceRule) -> float:
     return min(1.0, p / level.limit * FAMILY)
 
 
-def _enough(new: Dialled) -> float:
+def _enough(new: Hypothesis) -> float:
     """Nats that an effect must bring; more where as much is found at any other place."""
-    return ENOUGH * (new.elsewhere.inflation if new.elsewhere else 1.0)
+    return ENOUGH * (new.placebo.inflation if new.placebo else 1.0)
 
 
-def _inexact(fit: Fit, new: Dialled) -> float:
+def _inexact(fit: Fit, new: Hypothesis) -> float:
     """Nats that the formulas of what is named may leave to a new effect that looks alike."""
     there = [c for c in fit.candidates if alike(fit, c, new)]
     if not there:
@@ -111,7 +111,7 @@ def _inexact(fit: Fit, new: Dialled) -> float:
     return INEXACT * (fit.score - renoised(with_effects(fit, bare)).score)
 
 
-def alike(fit: Fit, one: Dialled, other: Dialled) -> bool:
+def alike(fit: Fit, one: Hypothesis, other: Hypothesis) -> bool:
     """Tell whether two effects act at one place, or on a quantity and on its only sensor."""
     here, there = place_of(fit, one), place_of(fit, other)
     if here and here == there:
@@ -119,14 +119,14 @@ def alike(fit: Fit, one: Dialled, other: Dialled) -> bool:
     if not (isinstance(one, Candidate) and isinstance(other, Candidate)):
         return False
     sensed = hasattr(one.kind, "measure") or hasattr(other.kind, "measure")
-    system, chain = fit.model.system, fit.model.chain
+    system, partition = fit.model.system, fit.model.partition
     return sensed and any(
-        sum(len(b.outputs) for b in chain.blocks if b.drive == drive) == 1
-        and all(system.concerns(c.pattern, chain, drive) for c in (one, other))
-        for drive in chain.drives
+        sum(len(b.outputs) for b in partition.groups if b.subsystem == subsystem) == 1
+        and all(system.concerns(c.pattern, partition, subsystem) for c in (one, other))
+        for subsystem in partition.subsystems
     )
 
 
-def place_of(fit: Fit, one: Dialled) -> str:
+def place_of(fit: Fit, one: Hypothesis) -> str:
     """Return where an effect acts; empty: not known."""
     return fit.model.system.acts_at(one.pattern) if isinstance(one, Candidate) else ""

@@ -14,8 +14,8 @@ from slipbench.identification.mismatch.fit.calibrate import (
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.optimize import optimize
-from slipbench.identification.mismatch.fit.sizing import limits, tried_sizes
-from slipbench.identification.mismatch.naming.in_place import in_place
+from slipbench.identification.mismatch.fit.sizing import limits, trial_sizes
+from slipbench.identification.mismatch.naming.replacement import replacement
 from slipbench.identification.mismatch.naming.score import Score, Screening
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
@@ -69,7 +69,7 @@ def others_refined(base: Fit, tried: Iterable[Fit]) -> list[Fit]:
 
 def _brought(fit: Fit, base: Fit) -> float:
     """Nats beyond the base, as far as they count: as much is found at any place of some effects."""
-    places = [c.elsewhere for c in fit.candidates[len(base.candidates) :] if c.elsewhere]
+    places = [c.placebo for c in fit.candidates[len(base.candidates) :] if c.placebo]
     return (fit.score - base.score) / max((p.inflation for p in places), default=1.0)
 
 
@@ -85,18 +85,26 @@ def promising(scores: Sequence[Score], enough: float = WORTH) -> list[Score]:
     Of a tyre that grows by speed the radius, the grip and the drag take nearly all: it scored 3
     nats, and brought 116 when it was fitted jointly with them.
     """
-    near = NEAR * (scores[0].gain if scores else 0.0)
+    near = NEAR * (scores[0].log_likelihood_gain if scores else 0.0)
     least = min(_of_different_traces(scores), default=0.0)
-    tried = [s for s in scores[:LONGEST] if s.gain > near or s.gain >= least]
-    absorbed = [s for s in scores if s.gain > TRACE and s.kept < ABSORBED and s.typical > MUCH]
-    worth = [s for s in tried if s.gain > enough]
+    tried = [
+        s
+        for s in scores[:LONGEST]
+        if s.log_likelihood_gain > near or s.log_likelihood_gain >= least
+    ]
+    absorbed = [
+        s
+        for s in scores
+        if s.log_likelihood_gain > TRACE and s.kept < ABSORBED and s.typical > MUCH
+    ]
+    worth = [s for s in tried if s.log_likelihood_gain > enough]
     return [*worth, *(s for s in absorbed if s not in worth)][:LONGEST]
 
 
 def _of_different_traces(scores: Sequence[Score]) -> list[float]:
     """Return the gains of the first SHORTLIST traces; effects of one trace count once."""
     found: list[float] = []
-    for gain in (s.gain for s in scores):
+    for gain in (s.log_likelihood_gain for s in scores):
         if len(found) == SHORTLIST:
             break
         if not found or gain < (1.0 - SAME) * found[-1]:
@@ -115,7 +123,7 @@ def fits_from_the_file(
     if not far_from_prior(fit):
         return []
     say(f"Screening {len(library)} effects beside the numbers of the file")
-    begun = in_place(fit, tuple(library), before)
+    begun = replacement(fit, tuple(library), before)
     worth = promising(begun.scores, TRACE) if begun else []
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
@@ -134,8 +142,8 @@ def _from_several(fit: Fit, score: Score) -> Fit | None:
     Beyond its reach a limit does nothing, and no slope leads back.
     """
     at, best = score.candidate, roughly(fit, score.as_large_as_scored())
-    for size in tried_sizes(at.kind) if limits(at.kind) else ():
-        if best is not None and best.score - fit.score > 0.5 * score.gain:
+    for size in trial_sizes(at.kind) if limits(at.kind) else ():
+        if best is not None and best.score - fit.score > 0.5 * score.log_likelihood_gain:
             break
         best = _better(best, roughly(fit, at.resized(math.copysign(size, at.size))))
     return best

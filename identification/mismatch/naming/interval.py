@@ -8,12 +8,12 @@ import numpy as np
 from scipy import special, stats
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
-from slipbench.identification.mismatch.fit.dialled import Dialled
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.scatter import amplitude_p, stretches
+from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
 from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
 from slipbench.identification.mismatch.fit.sizing import SHAPE, by_factors, limits, shapes, sizes
 from slipbench.identification.mismatch.fit.stack import Integers, recordings, whiten_and_stack
+from slipbench.identification.mismatch.fit.variance_inflation import amplitude_p, stretches
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.parameters import Parameter
 from slipbench.plant.signals import Floats
@@ -74,7 +74,7 @@ def _told(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, list[tuple[Float
     recordings tell nothing is taken as given: its deviation is its prior's, and it does not blur
     the size.
     """
-    off = fit.nuisances.off(fit.columns)
+    off = fit.nuisances.project_out(fit.effect_columns)
     prior = np.concatenate([c.deviations for c in fit.candidates]) ** -2.0
     normal = off.T @ off + np.diag(prior)
     untold = (prior == 1.0) & (np.diag(np.linalg.inv(normal)) > UNTOLD**2)
@@ -83,21 +83,21 @@ def _told(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, list[tuple[Float
     normal[np.ix_(untold, untold)] = np.eye(int(untold.sum()))
     covariance: Floats = np.asarray(np.linalg.inv(normal), np.float64)
     off = np.where(untold, 0.0, off)
-    left = fit.nuisances.left(fit.aim, coordinates_of(fit.point))
+    left = fit.nuisances.projected_residuals(fit.whitened_residuals, coordinates_of(fit.point))
     left = left - off @ np.linalg.solve(normal, off.T @ left)
-    groups = fit.nuisances.grouped(fit.groups)
+    groups = fit.nuisances.clustered(fit.clusters)
     told = [_spread(fit, off, left, covariance, groups)]
     if len(fit.model.records) >= FEW:
-        trials = fit.nuisances.grouped(recordings(fit.model))
+        trials = fit.nuisances.clustered(recordings(fit.model))
         told.append(_spread(fit, off, left, covariance, trials))
     return np.diag(covariance), told
 
 
 def _as_elsewhere(
-    candidates: Sequence[Dialled], deviation: Floats, white: Floats, freedom: Floats
+    candidates: Sequence[Hypothesis], deviation: Floats, white: Floats, freedom: Floats
 ) -> tuple[Floats, Floats]:
     """Hold what is looked for along the road to how its size scatters over all the other places."""
-    known = [(c.elsewhere, len(c.dials)) for c in candidates]
+    known = [(c.placebo, len(c.parameters)) for c in candidates]
     usual = np.repeat([e.inflation if e else 0.0 for e, _ in known], [n for _, n in known])
     told = np.repeat([e.freedom if e else math.inf for e, _ in known], [n for _, n in known])
     return np.maximum(deviation, np.sqrt(usual * white)), np.minimum(freedom, told)
@@ -110,7 +110,7 @@ def _spread(
     robust, _, freedom = stretches(off, left, groups)
     meat = np.sqrt(robust)
     told = covariance @ (meat[:, None] * _alike(off * left[:, None], groups) * meat) @ covariance
-    return fit.scatter.moderated(np.diag(told), np.diag(covariance), freedom)
+    return fit.variance_inflation.moderated(np.diag(told), np.diag(covariance), freedom)
 
 
 def _alike(pushes: Floats, groups: Integers) -> Floats:
@@ -129,18 +129,18 @@ def significance(fit: Fit, number: int) -> float:
     they are taken as fitted, and each counts as one more try. The size of a limit is certain
     wherever something comes near to it, so of a limit it is asked whether it does anything.
     """
-    place = sum(len(c.dials) for c in fit.candidates[:number])
+    place = sum(len(c.parameters) for c in fit.candidates[:number])
     now = fit.candidates[number]
     assert isinstance(now, Candidate)
     if limits(now.kind):
-        return min(1.0, _of_what_it_does(fit, number) * len(now.dials))
-    own = range(place + 1, place + len(now.dials))
+        return min(1.0, _of_what_it_does(fit, number) * len(now.parameters))
+    own = range(place + 1, place + len(now.parameters))
     spread, freedom = deviations(fit, own)
-    beyond = abs(now.added) - now.does_not_count
+    beyond = abs(now.added) - now.negligible_difference
     p = float(stats.t.sf(beyond / spread[place], freedom[place]))
     if now.kind.unseen_turn:
         p = _over_angles(p, len(fit.model.records))
-    return min(1.0, p * len(now.dials))
+    return min(1.0, p * len(now.parameters))
 
 
 def _over_angles(p: float, count: int) -> float:
@@ -158,15 +158,18 @@ def _of_what_it_does(fit: Fit, number: int) -> float:
     del others[number]
     bare = replace(fit.point, effects=tuple(others))
     trace = change(fit.model, bare, (*others, it), predict(fit.model, bare))
-    course = fit.nuisances.off(whiten_and_stack(fit.model, fit.noise, trace))
-    left = fit.nuisances.left(fit.aim, coordinates_of(fit.point)) + course
-    return amplitude_p(course, left, fit.nuisances.grouped(fit.groups), fit.scatter)
+    course = fit.nuisances.project_out(whiten_and_stack(fit.model, fit.noise, trace))
+    left = (
+        fit.nuisances.projected_residuals(fit.whitened_residuals, coordinates_of(fit.point))
+        + course
+    )
+    return amplitude_p(course, left, fit.nuisances.clustered(fit.clusters), fit.variance_inflation)
 
 
 def estimates(fit: Fit, number: int) -> list[Estimate]:
     """Parameters of effect `number` with their intervals; whole ones are as they are."""
     reach = reaches(fit)
-    place = sum(len(c.dials) for c in fit.candidates[:number])
+    place = sum(len(c.parameters) for c in fit.candidates[:number])
     candidate = fit.candidates[number]
     if not isinstance(candidate, Candidate):
         return []
@@ -181,22 +184,22 @@ def estimates(fit: Fit, number: int) -> list[Estimate]:
     ]
 
 
-def _ideal(candidate: Candidate, dial: int, p: Parameter) -> float:
+def _ideal(candidate: Candidate, parameter: int, p: Parameter) -> float:
     """How far a dial goes within what formulas leave; nothing where it is a place or an angle."""
-    if dial == 0:
+    if parameter == 0:
         return 0.0 if candidate.fixed_from_data else IDEAL * abs(candidate.size)
     return IDEAL / SHAPE if by_factors(p, getattr(candidate.pattern, p.name)) else 0.0
 
 
-def _estimate(candidate: Candidate, dial: int, p: Parameter, reach: float) -> Estimate:
-    reach = math.hypot(reach, _ideal(candidate, dial, p))
+def _estimate(candidate: Candidate, parameter: int, p: Parameter, reach: float) -> Estimate:
+    reach = math.hypot(reach, _ideal(candidate, parameter, p))
     ends = []
     for sign in (-1.0, 0.0, 1.0):
-        dials = list(candidate.dials)
-        dials[dial] += sign * reach
-        if dial == 0 and dials[0] * candidate.size <= 0.0:
-            dials[0] = 1e-3 * candidate.size
-        there = replace(candidate, dials=tuple(dials)).effect()
+        parameters = list(candidate.parameters)
+        parameters[parameter] += sign * reach
+        if parameter == 0 and parameters[0] * candidate.size <= 0.0:
+            parameters[0] = 1e-3 * candidate.size
+        there = replace(candidate, parameters=tuple(parameters)).effect()
         ends.append(float(getattr(there, p.name)))
     low, value, high = ends
     return Estimate(p.name, p.unit, value, min(low, high), max(low, high))

@@ -21,12 +21,12 @@ from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
+from slipbench.identification.mismatch.naming.candidates import place_on_the_road
 from slipbench.identification.mismatch.naming.fits import near_ones_refined
-from slipbench.identification.mismatch.naming.in_place import in_place
 from slipbench.identification.mismatch.naming.named import Named
+from slipbench.identification.mismatch.naming.replacement import replacement
 from slipbench.identification.mismatch.naming.score import Score, as_known, of_one_kind, screen
 from slipbench.identification.mismatch.naming.signatures import different, directions
-from slipbench.identification.mismatch.naming.tried import place_on_the_road
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
@@ -62,9 +62,9 @@ def halves(named: Named, library: Sequence[type[Effect]], least: float, say: Say
     """
     before = named.base.coarse
     begun = _beginning(before, named, library)
-    most = max((s.gain for s in begun.scores), default=0.0)
+    most = max((s.log_likelihood_gain for s in begun.scores), default=0.0)
     hint = max(begun.needed / PROMISED, SHARE * most)
-    hopeful = [s for s in begun.scores if s.gain > hint]
+    hopeful = [s for s in begun.scores if s.log_likelihood_gain > hint]
     apart = _apart(Linearization.of(begun.there), hopeful, APART)
     first = _in_order(hopeful, [*_one_of_each_kind(hopeful), *apart])
     for score in first:
@@ -97,7 +97,7 @@ def _beginning(fit: Fit, named: Named, library: Sequence[type[Effect]]) -> _Begi
                 *(partial(_fitted, least_squares_start, start, s.candidate) for start in starts)
             ),
         )
-    begun = in_place(fit, tuple(library), named.first) if far_from_prior(fit) else None
+    begun = replacement(fit, tuple(library), named.first) if far_from_prior(fit) else None
     if begun is not None:
         needed = max(ENOUGH, begun.least)
         return _Beginning(begun.fixed, begun.scores, needed, begun.fitted)
@@ -147,7 +147,7 @@ def _pairs(
     linear = Linearization.of(single)
     found = screen(linear, library, named.first, SECONDS)
     for score in _seconds(linear, found.scores):
-        if single.score + PROMISED * score.gain > enough:
+        if single.score + PROMISED * score.log_likelihood_gain > enough:
             for second in (score.candidate, *_other_variants(score, library, single.model)):
                 pair = (*single.effects, second)
                 done = _best(*(partial(_fitted, way, single, *pair) for way in ways))
@@ -167,7 +167,7 @@ def _seconds(linear: Linearization, scores: Sequence[Score]) -> list[Score]:
 def _apart(linear: Linearization, scores: Sequence[Score], most: int) -> list[Score]:
     """Return the first scores whose signatures have different directions."""
     first = scores[:POOL]
-    found = directions(linear, linear.signatures([s.candidate for s in first]))
+    found = directions(linear, linear.effect_responses([s.candidate for s in first]))
     return [first[i] for i in different(found, most)]
 
 

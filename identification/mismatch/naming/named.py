@@ -11,12 +11,12 @@ ALIKE = 10.0  # nats within which two names are one class
 
 @dataclass(frozen=True, eq=False)
 class Named:
-    """What was accepted. base: without any; rivals: name -> nats behind, by accepted name.
+    """What was accepted. base: without any; competing: name -> nats behind, by accepted name.
 
     first: screening of the whole library on what calibration leaves. screenings: how many there
     were since. p: of the strongest of all that was tried, family-wise over the library and the free
     curves. vetoes: what passed on the training recordings and held-out ones contradict. doubts:
-    what speaks against names beforehand (see plausibility.py), by name. found: number of the
+    what speaks against names beforehand (see plausibility.py), by name. found_in: number of the
     screening that found it, by accepted name.
     """
 
@@ -25,10 +25,10 @@ class Named:
     first: Screening
     screenings: int = 1
     p: float = 1.0
-    rivals: dict[str, dict[str, float]] = field(default_factory=dict)
+    competing: dict[str, dict[str, float]] = field(default_factory=dict)
     vetoes: tuple[Veto, ...] = ()
     doubts: dict[str, str] = field(default_factory=dict)
-    found: dict[str, int] = field(default_factory=dict)
+    found_in: dict[str, int] = field(default_factory=dict)
 
     @property
     def scores(self) -> list[Score]:
@@ -41,7 +41,7 @@ class Named:
         return [c.name for c in self.fit.candidates]
 
     @property
-    def gain(self) -> float:
+    def log_likelihood_gain(self) -> float:
         """Nats that the accepted effects bring."""
         return self.fit.score - self.base.score
 
@@ -56,6 +56,6 @@ def left(named: Named, fit: Fit) -> Named:
     return replace(
         named,
         fit=fit,
-        rivals={n: r for n, r in named.rivals.items() if stays(n)},
-        found={n: k for n, k in named.found.items() if n in there},
+        competing={n: r for n, r in named.competing.items() if stays(n)},
+        found_in={n: k for n, k in named.found_in.items() if n in there},
     )

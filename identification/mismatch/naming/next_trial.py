@@ -10,8 +10,8 @@ from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import none, sensitivities
+from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.score import SHOWN
-from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
@@ -32,7 +32,7 @@ def next_trial(
     if len(alike) < 2 and not hidden:
         return None
     asked = [tuple(alike[:2])] if len(alike) > 1 else [(kind,) for kind in hidden[:HIDDEN]]
-    loud = [w for choice in fit.model.system.menu() for w in _loudness(fit, choice, asked)]
+    loud = [w for choice in fit.model.system.experiments() for w in _loudness(fit, choice, asked)]
     most = sorted((w for w in loud if w[0] > SHOWN), key=lambda w: -w[0])[:CLOSELY]
     worth = [(_worth(fit, choice, kinds), choice, kinds) for _, choice, kinds in most]
     nats, best, kinds = max(worth, key=lambda w: w[0], default=(0.0, None, ()))
@@ -78,7 +78,7 @@ def _rehearsed(fit: Fit, choice: Any, exact: bool) -> Linearization | None:
 def _signature(linear: Linearization, fit: Fit, kind: type[Effect]) -> Floats:
     """Signature of an effect at its fitted size, else at its typical one."""
     fitted = next((c for c in fit.effects if c.kind is kind), None)
-    return linear.signature(fitted or _typical(kind))
+    return linear.effect_response(fitted or _typical(kind))
 
 
 def _typical(kind: type[Effect]) -> Candidate:
@@ -86,12 +86,12 @@ def _typical(kind: type[Effect]) -> Candidate:
 
 
 def _energy(linear: Linearization, signature: Floats) -> float:
-    off = linear.nuisances.off(signature)
+    off = linear.nuisances.project_out(signature)
     return 0.5 * float(off @ off)
 
 
 def _apart(linear: Linearization, a: Floats, b: Floats) -> float:
-    off = linear.nuisances.off(b)
+    off = linear.nuisances.project_out(b)
     energy = float(off @ off)
     share = float(off[: len(a)] @ a) / energy if energy > 0.0 else 0.0
     return _energy(linear, np.asarray(a - share * b))

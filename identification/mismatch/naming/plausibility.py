@@ -120,9 +120,9 @@ def _of_a_computed_input(candidate: Candidate, fit: Fit) -> bool:
     if _kind_of_place(candidate) != "input" or candidate.kind.name not in OF_A_READING:
         return False
     name = candidate.pattern.subject.partition("/")[0].replace("_", " ")
-    drive = next(iter(fit.model.chain.drives))
+    subsystem = next(iter(fit.model.partition.subsystems))
     return all(
-        _held(record.grid.binned(regressors(fit, drive, r)[name]))
+        _held(record.grid.binned(regressors(fit, subsystem, r)[name]))
         for r, record in enumerate(fit.model.records)
     )
 

@@ -13,23 +13,28 @@ from slipbench.identification.mismatch.fit.candidate import (
     fixed_from_data,
 )
 from slipbench.identification.mismatch.fit.linearization import Linearization
-from slipbench.identification.mismatch.fit.scatter import amplitude_p
 from slipbench.identification.mismatch.fit.sizing import limits
 from slipbench.identification.mismatch.fit.stack import LARGEST, recordings
-from slipbench.identification.mismatch.naming.again import AGAIN, promising_again
-from slipbench.identification.mismatch.naming.elsewhere import CHANCE, Tried, at_places, usual
-from slipbench.identification.mismatch.naming.signatures import batches, score_tests
-from slipbench.identification.mismatch.naming.traces import Traces
-from slipbench.identification.mismatch.naming.tried import (
+from slipbench.identification.mismatch.fit.variance_inflation import amplitude_p
+from slipbench.identification.mismatch.naming.candidates import (
     TRIES,
     candidates,
-    half_a_turn_on,
+    half_turn_shifted,
     larger,
     otherwise,
     place_on_the_road,
     reshaped,
     same_try,
 )
+from slipbench.identification.mismatch.naming.placebo import (
+    CHANCE,
+    PlaceboLocation,
+    at_places,
+    usual,
+)
+from slipbench.identification.mismatch.naming.rescreen import AGAIN, promising_again
+from slipbench.identification.mismatch.naming.signatures import batches, score_tests
+from slipbench.identification.mismatch.naming.traces import Traces
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.sensor import Rounds
 from slipbench.plant.effects.effect import Effect
@@ -59,7 +64,7 @@ NEXT_TO_NOTHING = 1e-9
 class Score:
     """What a candidate's signature says about residuals.
 
-    amplitude: of the signature, 1 = as large as tried. gain: nats. seen: nats that the signature
+    amplitude: of the signature, 1 = as large as tried. log_likelihood_gain: nats. visible_gain: nats that the signature
     would be worth if it were there as tried. kept: share of the signature that calibration cannot
     hide. p: one-sided, of an amplitude as small as does not count. typical: what `seen` is for the
     effect at its typical size, the most telling of its tries.
@@ -67,15 +72,15 @@ class Score:
 
     candidate: Candidate
     amplitude: float
-    gain: float
-    seen: float
+    log_likelihood_gain: float
+    visible_gain: float
     kept: float
     p: float
     typical: float = 0.0
 
     def as_large_as_scored(self) -> Candidate:
         """Return the candidate as large as its score says, as far as a signature holds."""
-        return self.candidate.times(min(max(self.amplitude, NEAR[0]), MOST))
+        return self.candidate.amplified(min(max(self.amplitude, NEAR[0]), MOST))
 
 
 Columns = dict[Candidate, Floats]
@@ -101,7 +106,7 @@ def scores(
         for score, column, changed in zip(judged, columns.T, changes, strict=True):
             if kept is not None and place_on_the_road(score.candidate.pattern) is not None:
                 kept[score.candidate] = column.copy()
-            if traces is not None and score.seen > CHANCE:
+            if traces is not None and score.visible_gain > CHANCE:
                 traces.add(score.candidate, _credit(score), changed)
     return found
 
@@ -110,11 +115,13 @@ def _judged(linear: Linearization, tried: Sequence[Candidate], columns: Floats) 
     """Score candidates by their signatures, (rows, candidates), which are taken off all at once."""
     found = score_tests(linear, columns)
     p = np.ones(len(tried))
-    hints = np.flatnonzero(found.seen & (found.gain > HINT))
-    off = linear.nuisances.less(columns[:, hints], found.hidden[:, hints])
+    hints = np.flatnonzero(found.visible & (found.log_likelihood_gain > HINT))
+    off = linear.nuisances.subtract(columns[:, hints], found.hidden[:, hints])
     for i, course in zip(hints, np.ascontiguousarray(off.T), strict=True):
-        least = tried[int(i)].does_not_count / max(abs(tried[int(i)].added), NEXT_TO_NOTHING)
-        p[i] = amplitude_p(course, linear.left, linear.groups, linear.fit.scatter, least)
+        least = tried[int(i)].negligible_difference / max(abs(tried[int(i)].added), NEXT_TO_NOTHING)
+        p[i] = amplitude_p(
+            course, linear.residuals, linear.clusters, linear.fit.variance_inflation, least
+        )
     return [
         Score(c, float(a), float(g), 0.5 * float(e), float(e / w), float(at))
         if shown
@@ -122,29 +129,29 @@ def _judged(linear: Linearization, tried: Sequence[Candidate], columns: Floats) 
         for c, a, g, e, w, at, shown in zip(
             tried,
             found.amplitude,
-            found.gain,
+            found.log_likelihood_gain,
             found.energy,
-            found.whole,
+            found.whole_energy,
             p,
-            found.seen,
+            found.visible,
             strict=True,
         )
     ]
 
 
-def tried_along(
+def placebo_locations(
     linear: Linearization, places: Sequence[Candidate], kept: Columns | None = None
-) -> list[Tried]:
+) -> list[PlaceboLocation]:
     """Return what each trial alone says of one effect at several places.
 
     kept: signatures of these candidates, where they are known already.
     """
     known = {} if kept is None else kept
     missing = [p for p in places if p not in known]
-    made = dict(zip(missing, linear.signatures(missing).T, strict=True)) if missing else {}
+    made = dict(zip(missing, linear.effect_responses(missing).T, strict=True)) if missing else {}
     columns = np.stack([known[p] if p in known else made[p] for p in places], axis=1)
     trial = recordings(linear.fit.model)
-    told = [linear.pushes(columns, trial == r) for r in np.unique(trial)]
+    told = [linear.energy_and_correlation(columns, trial == r) for r in np.unique(trial)]
     length = np.sqrt(np.sum(columns**2, axis=0)) + 1e-300
     at = [place_on_the_road(p.pattern) or 0.0 for p in places]
     energy, push = (np.stack(x) for x in zip(*told, strict=True))
@@ -190,12 +197,12 @@ def screen(
         traced = before.traces.names()
         kinds = [c for c in kinds if c.name in again or c.name not in traced]
     kept: Columns = {}
-    traces = Traces(LARGEST // len(linear.groups))
+    traces = Traces(LARGEST // len(linear.clusters))
     first = scores(linear, kinds, kept, traces)
-    first = _with_elsewhere(linear, first, kept)
+    first = _with_placebo(linear, first, kept)
     tried = scores(linear, [c for s in _first_of_each(first) for c in _more(s)], traces=traces)
     best = _best([*first, *tried])
-    hints = [s.candidate for s in best[:RESHAPED] if s.gain > HINT]
+    hints = [s.candidate for s in best[:RESHAPED] if s.log_likelihood_gain > HINT]
     shaped = scores(linear, [c for hint in hints for c in reshaped(hint)], traces=traces)
     return Screening(_with_typical(first, [*best, *shaped]), _tests(first, tried, before), traces)
 
@@ -204,13 +211,13 @@ def _with_typical(first: Sequence[Score], best: Sequence[Score]) -> list[Score]:
     """Return the best of each effect, with what it is worth at its typical size."""
     typical: dict[str, float] = {}
     for s in first:
-        typical[s.candidate.name] = max(typical.get(s.candidate.name, 0.0), s.seen)
+        typical[s.candidate.name] = max(typical.get(s.candidate.name, 0.0), s.visible_gain)
     return [replace(s, typical=typical[s.candidate.name]) for s in _best(best)]
 
 
 def _tests(first: Sequence[Score], tried: Sequence[Score], before: Screening | None) -> int:
     """Count the effects that could have been found by chance, in the whole library."""
-    told_of = [s.candidate for s in (*first, *tried) if s.seen > CHANCE]
+    told_of = [s.candidate for s in (*first, *tried) if s.visible_gain > CHANCE]
     chances = {_start(c) for c in told_of} & {_start(s.candidate) for s in first}
     tests = TRIES * max(len(chances), 1)
     return tests if before is None else max(tests, before.tests)
@@ -218,7 +225,7 @@ def _tests(first: Sequence[Score], tried: Sequence[Score], before: Screening | N
 
 def _start(c: Candidate) -> tuple[Effect, tuple[float, ...], tuple[float, ...]]:
     """Return all of a try but its size."""
-    return c.pattern, c.whole, c.dials[1:]
+    return c.pattern, c.integers, c.parameters[1:]
 
 
 def as_known(candidate: Candidate, model: Model) -> Candidate:
@@ -234,7 +241,7 @@ def as_known(candidate: Candidate, model: Model) -> Candidate:
         for r in model.records
         if candidate.pattern.subject in r.sensors
     ]
-    steps = [s.lattice.step for s in sensors if s.coarse]
+    steps = [s.quantization.step for s in sensors if s.coarse]
     return fixed_from_data(candidate, float(np.median(steps))) if steps else candidate
 
 
@@ -245,7 +252,7 @@ def at_other_places(
     there = {c.name: c for c in of_one_kind(found, library) if same_try(c, found)}
     for other in there.values():
         if other.name != found.name:
-            yield as_known(replace(other, dials=found.dials).within(), model)
+            yield as_known(replace(other, parameters=found.parameters).within(), model)
 
 
 def of_one_kind(found: Candidate, library: Iterable[type[Effect]]) -> Iterator[Candidate]:
@@ -255,22 +262,22 @@ def of_one_kind(found: Candidate, library: Iterable[type[Effect]]) -> Iterator[C
             yield from candidates(kind)
 
 
-def _with_elsewhere(linear: Linearization, found: Sequence[Score], kept: Columns) -> list[Score]:
+def _with_placebo(linear: Linearization, found: Sequence[Score], kept: Columns) -> list[Score]:
     """Tell what is looked for along the road how its size scatters where it cannot be true."""
     along: dict[str, list[Candidate]] = {}
     for score in found:
         if place_on_the_road(score.candidate.pattern) is not None:
             along.setdefault(score.candidate.name, []).append(score.candidate)
-    tried = {name: tried_along(linear, places, kept) for name, places in along.items()}
+    tried = {name: placebo_locations(linear, places, kept) for name, places in along.items()}
     return [_held_to(score, tried) for score in found]
 
 
-def _held_to(score: Score, tried: Mapping[str, Sequence[Tried]]) -> Score:
+def _held_to(score: Score, tried: Mapping[str, Sequence[PlaceboLocation]]) -> Score:
     at = place_on_the_road(score.candidate.pattern)
     if at is None:
         return score
     scatter = usual(tried[score.candidate.name], at)
-    return replace(score, candidate=replace(score.candidate, elsewhere=scatter))
+    return replace(score, candidate=replace(score.candidate, placebo=scatter))
 
 
 def _first_of_each(found: Iterable[Score]) -> Iterator[Score]:
@@ -279,18 +286,20 @@ def _first_of_each(found: Iterable[Score]) -> Iterator[Score]:
     for score in found:
         by_name.setdefault(score.candidate.name, []).append(score)
     for tries in by_name.values():
-        yield from sorted(tries, key=lambda s: (-s.seen * s.amplitude**2, -s.seen))[:STARTS]
+        yield from sorted(tries, key=lambda s: (-s.visible_gain * s.amplitude**2, -s.visible_gain))[
+            :STARTS
+        ]
 
 
 def _more(score: Score) -> list[Candidate]:
     """Return the tries that a first score asks for."""
     here, backwards = score.candidate, score.amplitude < 0.0
-    if score.seen < SHOWN:
+    if score.visible_gain < SHOWN:
         return list(larger(here))
     small = list(_small(score))
-    if score.seen * score.amplitude**2 <= HINT:
+    if score.visible_gain * score.amplitude**2 <= HINT:
         return small
-    turned = list(half_a_turn_on(here)) if backwards else []
+    turned = list(half_turn_shifted(here)) if backwards else []
     others = [*small, *otherwise(here, backwards)]
     return others + [c for t in turned for c in (t, *otherwise(t, backwards=False))]
 
@@ -298,15 +307,17 @@ def _more(score: Score) -> list[Candidate]:
 def _small(score: Score) -> Iterator[Candidate]:
     """Yield the candidate at the size at which it would show plainly, where that is far smaller."""
     here = score.candidate
-    if score.seen > BEYOND * PLAIN and not limits(here.kind):
-        share = math.sqrt(PLAIN / score.seen)
-        yield here.times(share)
+    if score.visible_gain > BEYOND * PLAIN and not limits(here.kind):
+        share = math.sqrt(PLAIN / score.visible_gain)
+        yield here.amplified(share)
 
 
 def _credit(score: Score) -> tuple[float, float]:
     """Order of the tries of one effect: signatures hold near the size at which they were taken."""
     near = NEAR[0] < score.amplitude < NEAR[1]
-    return (score.gain if near else OFF * score.gain), score.seen
+    return (
+        score.log_likelihood_gain if near else OFF * score.log_likelihood_gain
+    ), score.visible_gain
 
 
 def _best(scores: Iterable[Score]) -> list[Score]:
@@ -315,9 +326,9 @@ def _best(scores: Iterable[Score]) -> list[Score]:
         name = score.candidate.name
         if name not in found or _credit(score) > _credit(found[name]):
             found[name] = score
-    return by_gain(found.values())
+    return by_log_likelihood_gain(found.values())
 
 
-def by_gain(scores: Iterable[Score]) -> list[Score]:
+def by_log_likelihood_gain(scores: Iterable[Score]) -> list[Score]:
     """Return scores, greatest gain first."""
-    return sorted(scores, key=lambda s: -s.gain)
+    return sorted(scores, key=lambda s: -s.log_likelihood_gain)

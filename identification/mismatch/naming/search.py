@@ -35,7 +35,7 @@ from slipbench.identification.mismatch.naming.plausibility import doubts, plausi
 from slipbench.identification.mismatch.naming.score import (
     Score,
     at_other_places,
-    by_gain,
+    by_log_likelihood_gain,
     scores,
     screen,
 )
@@ -69,10 +69,10 @@ class Search:
 
         least: nats that the two must bring beyond what is named.
         """
-        begun = halves(named, self.library, named.gain + least, self.say)
+        begun = halves(named, self.library, named.log_likelihood_gain + least, self.say)
         named = replace(named, screenings=named.screenings + 1 + len(begun))
         enough = max([named.fit.score + least, *(f.score + ENOUGH for f in begun)])
-        bare = replace(named, fit=named.base, rivals={}, doubts={}, found={})
+        bare = replace(named, fit=named.base, competing={}, doubts={}, found_in={})
         step = self._step(bare, [*begun, *pairs(named, begun, self.library, enough)])
         if set(step.names) <= set(named.names) and step.fit.score <= named.fit.score:
             return replace(named, vetoes=step.vetoes)  # it leads where the search was already
@@ -138,10 +138,10 @@ class Search:
         news = " + ".join(come)
         nats = finer.score - named.fit.score
         self.say(f"Accepted: {news} (log-likelihood gain {nats:.0f} nats)")
-        rivals = {**named.rivals, news: _behind(new, tried)}
+        rivals = {**named.competing, news: _behind(new, tried)}
         doubtful = named.doubts | _doubts(named.fit, [new, *tried])
-        found = named.found | dict.fromkeys(come, named.screenings)
-        return replace(named, fit=finer, rivals=rivals, doubts=doubtful, found=found)
+        found = named.found_in | dict.fromkeys(come, named.screenings)
+        return replace(named, fit=finer, competing=rivals, doubts=doubtful, found_in=found)
 
     def _refined(self, named: Named) -> Named:
         """Exchange what something else explains better, go on from there, drop what is not missed."""
@@ -163,7 +163,7 @@ class Search:
         for new in by_score(f for fits in several for f in fits):
             if new.score < old.score + ENOUGH:
                 break
-            if not rule.all_certain(new):
+            if not rule.all_significant(new):
                 continue
             against = rule.veto(named.base, new)
             if against is None:
@@ -179,12 +179,12 @@ class Search:
             return
         others = [s for s in self._screened(named, rest) if s.candidate.name != gone.name]
         for score in others[:SECONDS]:
-            enough = rest.score + PROMISED * score.gain > fit.score + ENOUGH
+            enough = rest.score + PROMISED * score.log_likelihood_gain > fit.score + ENOUGH
             new = fitted(rest, score.candidate) if enough else None
             if new is not None:
                 yield new
         places = list(at_other_places(gone, self.library, fit.model))
-        for score in by_gain(scores(Linearization.of(rest), places))[:SECONDS]:
+        for score in by_log_likelihood_gain(scores(Linearization.of(rest), places))[:SECONDS]:
             new = moved(named.base, fit, i, score.candidate)
             if new is not None:
                 yield new
@@ -196,9 +196,9 @@ class Search:
         come = names[-1]
         nats = new.score - named.fit.score
         self.say(f"Replaced: {gone} by {come} (log-likelihood gain {nats:.0f} nats)")
-        kept = {n: r for n, r in named.rivals.items() if gone not in n.split(" + ")}
-        found = {n: k for n, k in named.found.items() if n != gone} | {come: named.screenings}
-        return replace(named, fit=new, rivals={**kept, come: {gone: nats}}, found=found)
+        kept = {n: r for n, r in named.competing.items() if gone not in n.split(" + ")}
+        found = {n: k for n, k in named.found_in.items() if n != gone} | {come: named.screenings}
+        return replace(named, fit=new, competing={**kept, come: {gone: nats}}, found_in=found)
 
     def _screened(self, named: Named, fit: Fit) -> list[Score]:
         return screen(Linearization.of(fit), self.library, named.first).scores
@@ -207,7 +207,7 @@ class Search:
         return fits_from_the_file(named.fit.coarse, self.library, self.say, named.first)
 
     def _rule(self, named: Named) -> Acceptance:
-        return Acceptance(named.first.tests, self.held_out, named.screenings, named.found)
+        return Acceptance(named.first.tests, self.held_out, named.screenings, named.found_in)
 
 
 def _finer(named: Named, new: Fit, passed: Sequence[Fit]) -> Fit:
@@ -247,12 +247,12 @@ def pruned(named: Named, rule: Acceptance, say: Say) -> Named:
     doomed = [i for i in order if not rule.keeps(fit, i, nats)]
     if not doomed:
         return replace(named, p=min([named.p, *rule.ps(fit)]))
-    good = [i for i in doomed if rule.all_certain(lost[i][1])]
+    good = [i for i in doomed if rule.all_significant(lost[i][1])]
     first = good[0] if good else doomed[0]
     say(f"Removed by backward elimination: {fit.candidates[first].name}")
     rest = lost[first][1]
-    rivals = named.rivals if rest.candidates else {}
-    return pruned(replace(named, fit=rest, rivals=rivals), rule, say)
+    rivals = named.competing if rest.candidates else {}
+    return pruned(replace(named, fit=rest, competing=rivals), rule, say)
 
 
 def lost_without(base: Fit, fit: Fit) -> list[tuple[float, Fit]]:

@@ -15,18 +15,18 @@ import numpy as np
 from slipbench.identification.mismatch.analysis import Analysis, accepted, described
 from slipbench.identification.mismatch.explain import CONCLUDED, NAMES, analyse
 from slipbench.identification.mismatch.naming.search import Say
-from slipbench.identification.mismatch.predictive_check.answer import Answer, answer_of, compared
 from slipbench.identification.mismatch.predictive_check.counts import Counts
 from slipbench.identification.mismatch.predictive_check.order import Order
+from slipbench.identification.mismatch.predictive_check.outcome import Answer, answer_of, compared
 from slipbench.identification.mismatch.predictive_check.replica import simulated
-from slipbench.identification.mismatch.telling.check_result import (
+from slipbench.identification.mismatch.reporting.check_result import (
     COMPLETE,
     INTERRUPTED,
     OUT_OF_TIME,
     Check,
 )
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.verdict import Verdict
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 from slipbench.protocol.errors import is_interrupt

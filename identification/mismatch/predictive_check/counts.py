@@ -3,9 +3,9 @@
 from collections import Counter
 from dataclasses import dataclass, field
 
-from slipbench.identification.mismatch.predictive_check.answer import Compared
 from slipbench.identification.mismatch.predictive_check.order import Order
-from slipbench.identification.mismatch.telling.check_result import Check, OtherAnswer, Rate
+from slipbench.identification.mismatch.predictive_check.outcome import Compared
+from slipbench.identification.mismatch.reporting.check_result import Check, OtherAnswer, Rate
 
 
 @dataclass

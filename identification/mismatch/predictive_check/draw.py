@@ -57,7 +57,7 @@ def _step(fit: Fit, rng: np.random.Generator) -> Floats:
     columns = fit.nuisances.columns
     weights = np.ones(columns.shape[1])
     if fit.candidates:
-        columns = np.concatenate((columns, fit.columns), axis=1)
+        columns = np.concatenate((columns, fit.effect_columns), axis=1)
         weights = np.concatenate((weights, deviations(fit.candidates) ** -2.0))
     upper = linalg.cholesky(columns.T @ columns + np.diag(weights))
     return np.asarray(linalg.solve_triangular(upper, rng.standard_normal(len(upper))))

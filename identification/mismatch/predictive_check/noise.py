@@ -29,7 +29,7 @@ def noise_like(fit: Fit, rng: np.random.Generator) -> Series:
         starts = rng.random(2 * pieces + 2)
         signs = rng.choice((-1.0, 1.0), starts.size)
         for b, white in enumerate(fit.noise):
-            rest = fit.rest[b][r]
+            rest = fit.residuals[b][r]
             drawn = _in_blocks(
                 white.innovations(rest) * share, 2 * len(rest), pieces, starts, signs
             )
@@ -60,7 +60,7 @@ def _share_of_parameters(fit: Fit) -> float:
     """Factor by which fitted parameters have made innovations too small."""
     columns = fit.nuisances.columns
     used = float(np.trace(linalg.cho_solve(fit.nuisances.factor, columns.T @ columns)))
-    used += sum(len(c.dials) for c in fit.candidates)
+    used += sum(len(c.parameters) for c in fit.candidates)
     return float(np.sqrt(len(columns) / max(len(columns) - used, 0.5 * len(columns))))
 
 

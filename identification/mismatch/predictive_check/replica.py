@@ -3,9 +3,9 @@
 import numpy as np
 
 from slipbench.identification.mismatch.analysis import Analysis, accepted, begin
-from slipbench.identification.mismatch.predictive_check.answer import simulated_effects
 from slipbench.identification.mismatch.predictive_check.draw import bare, drawn
 from slipbench.identification.mismatch.predictive_check.noise import noise_like
+from slipbench.identification.mismatch.predictive_check.outcome import simulated_effects
 from slipbench.identification.mismatch.simulation.replicate import replicated
 from slipbench.plant.effects.effect import Effect
 

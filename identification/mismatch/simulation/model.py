@@ -5,11 +5,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.simulation.blocks import Block, Chain
+from slipbench.identification.mismatch.simulation.causal_partition import (
+    CausalPartition,
+    OutputGroup,
+)
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.derivatives import Derivatives
+from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
 from slipbench.identification.mismatch.simulation.once import once
-from slipbench.identification.mismatch.simulation.push import Push
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sensor import Columns, Rounds, Sensor
 from slipbench.identification.mismatch.simulation.system import System
@@ -45,7 +48,7 @@ class Model:
 
     system: System
     records: tuple[Record, ...]
-    chain: Chain
+    partition: CausalPartition
     known: list[Coordinate]
     injected: tuple[Mapping[str, Floats], ...] = field(default=())
     stepless: bool = False
@@ -53,7 +56,7 @@ class Model:
     @once
     def measured(self) -> Series:
         """What was recorded."""
-        return [[_stack(b, r, None) for r in self.records] for b in self.chain.blocks]
+        return [[_stack(b, r, None) for r in self.records] for b in self.partition.groups]
 
     @once
     def known_bins(self) -> Series:
@@ -63,7 +66,7 @@ class Model:
                 np.column_stack([r.sensors[o].known for o in b.outputs]).astype(float)
                 for r in self.records
             ]
-            for b in self.chain.blocks
+            for b in self.partition.groups
         ]
 
     @once
@@ -100,7 +103,7 @@ class Model:
 
         Patterns of teeth have no beginning: they count as a whole.
         """
-        parts = [share if block.order else 1.0 for block in self.chain.blocks]
+        parts = [share if block.order else 1.0 for block in self.partition.groups]
         known = [
             [k * (np.arange(len(k)) < part * len(k))[:, None] for k in ks]
             for part, ks in zip(parts, self.known_bins, strict=True)
@@ -118,24 +121,28 @@ class Model:
 
     def at(self, point: Point) -> System:
         """Return the system that a point describes, effects of its file included."""
-        known_to_it = [e for e in point.effects if not isinstance(e, Push)]
+        known_to_it = [e for e in point.effects if not isinstance(e, InputDisturbance)]
         return self.system.at(self.known, point.x, known_to_it)
 
-    def concerned(self, effect: Effect) -> tuple[str, ...]:
+    def subsystems_changed_by(self, effect: Effect) -> tuple[str, ...]:
         """Return the drives of which an effect can change what the outputs show."""
-        if isinstance(effect, Push):
-            return (effect.drive,)
-        return tuple(d for d in self.chain.drives if self.system.concerns(effect, self.chain, d))
+        if isinstance(effect, InputDisturbance):
+            return (effect.subsystem,)
+        return tuple(
+            d for d in self.partition.subsystems if self.system.concerns(effect, self.partition, d)
+        )
 
-    def only_told(self, effect: Effect) -> bool:
+    def changes_only_sensors(self, effect: Effect) -> bool:
         """Tell whether an effect leaves every simulation as it is."""
-        return not isinstance(effect, Push) and self.system.only_told(effect, self.chain)
+        return not isinstance(effect, InputDisturbance) and self.system.changes_only_sensors(
+            effect, self.partition
+        )
 
 
 def models(system: System, *sets: Sequence[Record]) -> list[Model]:
     """Put a system beside sets of recordings, cut alike and with the same uncertain numbers."""
     ready = [r for records in sets for r in records]
-    cut = system.chain(ready)
+    cut = system.partition(ready)
     known = system.coordinates(ready, cut)
     return [Model(system, tuple(records), cut, known) for records in sets]
 
@@ -144,7 +151,7 @@ def acting(
     model: Model, point: Point, record: int, extra: Mapping[str, Floats] | None = None
 ) -> dict[str, Floats]:
     """Return what is added to columns of a record's inputs: injected, pushed at a point, extra."""
-    pushed = [e.courses[record] for e in point.effects if isinstance(e, Push)]
+    pushed = [e.waveforms[record] for e in point.effects if isinstance(e, InputDisturbance)]
     found: dict[str, Floats] = {}
     for courses in (*model.injected[record : record + 1], *pushed, extra or {}):
         for name, course in courses.items():
@@ -156,20 +163,20 @@ def simulate(
     model: Model,
     point: Point,
     record: int,
-    drive: str,
+    subsystem: str,
     extra: Mapping[str, Floats] | None = None,
     system: System | None = None,
 ) -> Columns:
     """Run one drive of one record. extra: what is added to columns of the inputs."""
     there = model.at(point) if system is None else system
     added = acting(model, point, record, extra)
-    return there.simulate(model.records[record], model.chain, drive, point.q[record], added)
+    return there.simulate(model.records[record], model.partition, subsystem, point.q[record], added)
 
 
 def predict(
     model: Model,
     point: Point,
-    drives: Iterable[str] | None = None,
+    subsystems: Iterable[str] | None = None,
     records: Iterable[int] | None = None,
     runs: Runs | None = None,
 ) -> Series:
@@ -179,15 +186,15 @@ def predict(
     """
     system = model.at(point)
     effects = [e for e in system.effects if not (model.stepless and isinstance(e, Rounds))]
-    wanted = set(model.chain.drives if drives is None else drives)
-    found: Series = [[np.empty(0)] * len(model.records) for _ in model.chain.blocks]
+    wanted = set(model.partition.subsystems if subsystems is None else subsystems)
+    found: Series = [[np.empty(0)] * len(model.records) for _ in model.partition.groups]
     for r in range(len(model.records)) if records is None else records:
         outs = {d: _run(model, point, r, d, runs, system) for d in wanted}
-        for b, block in enumerate(model.chain.blocks):
-            if block.drive in wanted:
+        for b, block in enumerate(model.partition.groups):
+            if block.subsystem in wanted:
                 record = model.records[r]
                 seen = _stack(
-                    block, record, outs[block.drive], effects, lateness(model, point, block)
+                    block, record, outs[block.subsystem], effects, lateness(model, point, block)
                 )
                 misplace(seen, block.outputs, record, system.effects)
                 found[b][r] = seen
@@ -200,7 +207,8 @@ def look_along(
     """Return how a block's outputs change with what a run was differentiated to, (T, m, k)."""
     sensors, effects, late = _seen_by(model, point, system, block, record)
     shown = [
-        s.look_along(run.out, run.slopes, effects, late.get(s.clock, 0.0), LOOK) for s in sensors
+        s.observe_derivatives(run.out, run.slopes, effects, late.get(s.clock, 0.0), LOOK)
+        for s in sensors
     ]
     return np.stack(shown, axis=1)
 
@@ -216,7 +224,7 @@ def late_slopes(
             step = LOOK * known.slope(float(point.x[i]))
             there = {**late, known.name: late[known.name] + step}
             both = [
-                np.column_stack([s.look(out, effects, d.get(s.clock, 0.0)) for s in sensors])
+                np.column_stack([s.observe(out, effects, d.get(s.clock, 0.0)) for s in sensors])
                 for d in (there, late)
             ]
             found[i] = (both[0] - both[1]) / LOOK
@@ -228,22 +236,22 @@ def _seen_by(
 ) -> tuple[list[Sensor], list[Effect], dict[str, float]]:
     """Sensors of a block, effects that act in them, and by how much their clocks tell too much."""
     effects = [e for e in system.effects if not (model.stepless and isinstance(e, Rounds))]
-    cut = model.chain.blocks[block]
+    cut = model.partition.groups[block]
     sensors = [model.records[record].sensors[o] for o in cut.outputs]
     return sensors, effects, lateness(model, point, cut)
 
 
 def _run(
-    model: Model, point: Point, record: int, drive: str, runs: Runs | None, system: System
+    model: Model, point: Point, record: int, subsystem: str, runs: Runs | None, system: System
 ) -> Columns:
     if runs is None:
-        return simulate(model, point, record, drive, system=system)
-    if (record, drive) not in runs:
-        runs[record, drive] = simulate(model, point, record, drive, system=system)
-    return runs[record, drive]
+        return simulate(model, point, record, subsystem, system=system)
+    if (record, subsystem) not in runs:
+        runs[record, subsystem] = simulate(model, point, record, subsystem, system=system)
+    return runs[record, subsystem]
 
 
-def lateness(model: Model, point: Point, block: Block) -> dict[str, float]:
+def lateness(model: Model, point: Point, block: OutputGroup) -> dict[str, float]:
     """Return by how many seconds each clock shows more than it should, where that is doubted."""
     clocks = model.clocks if block.sensors_suspected else ()
     return {k.name: k.at(float(point.x[i])) for i, k in clocks}
@@ -263,7 +271,7 @@ def misplace(
 
 
 def _stack(
-    block: Block,
+    block: OutputGroup,
     record: Record,
     out: Columns | None,
     effects: Iterable[Effect] = (),
@@ -272,5 +280,8 @@ def _stack(
     """Put a block's outputs side by side, (T, m): as recorded where no simulation is given."""
     sensors = [record.sensors[o] for o in block.outputs]
     return np.column_stack(
-        [s.value if out is None else s.look(out, effects, late.get(s.clock, 0.0)) for s in sensors]
+        [
+            s.value if out is None else s.observe(out, effects, late.get(s.clock, 0.0))
+            for s in sensors
+        ]
     )

@@ -36,8 +36,8 @@ def replicated(model: Model, point: Point, noise: Series, like: Iterable[Record]
     found = []
     for r, record in enumerate(like):
         sensors = dict(record.sensors)
-        for b, block in enumerate(model.chain.blocks):
-            late, out = lateness(model, point, block), runs[r, block.drive]
+        for b, block in enumerate(model.partition.groups):
+            late, out = lateness(model, point, block), runs[r, block.subsystem]
             for j, name in enumerate(block.outputs):
                 own = noise[b][r][:, j]
                 sensor = sensors[name]
@@ -62,7 +62,7 @@ def _recorded(
 
 def _without_rounding(sensor: Sensor, noise: Floats) -> Floats:
     """Return noise less the share that rounding adds again: residuals contain it already."""
-    step, spread = sensor.lattice.step, float(np.var(np.diff(noise))) / 2.0
+    step, spread = sensor.quantization.step, float(np.var(np.diff(noise))) / 2.0
     if sensor.coarse or step <= 0.0 or spread <= 0.0:
         return noise
     assert sensor.time is not None

@@ -13,7 +13,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from slipbench.identification.mismatch.simulation.lattice import NO_LATTICE, Lattice, lattice_of
+from slipbench.identification.mismatch.simulation.quantization import (
+    NO_GRID,
+    QuantizationGrid,
+    fit_quantization,
+)
 from slipbench.identification.mismatch.simulation.sampling import (
     Grid,
     Matrix,
@@ -95,12 +99,12 @@ class Moved:
 class Sensor:
     """name: of the output; value: (bins,) recorded; known: (bins,) False where nothing was.
 
-    see: matrices by column of the simulation; then: the last steps, which the recorded samples go
+    observation: matrices by column of the simulation; processing: the last steps, which the recorded samples go
     through as well. direct: both in one, where no effect acts between them. grid: the rows that it
-    sees and the bins that it fills. time: s, of samples of a point sensor; told: by them; again: 1
+    sees and the bins that it fills. time: s, of samples of a point sensor; samples_read: by them; repeated: 1
     where they told a value again; lattice: steps of what is told; noise: deviation of the white
     noise before it was rounded; coarse: whether the steps are coarser than promised. offsets: what
-    the displacement of every tooth (rad) does before the last steps. along: derivative of direct
+    the displacement of every tooth (rad) does before the last steps. derivatives: derivative of direct
     where the simulation's columns change by others, of shape (rows, directions); None: by differences.
     """
 
@@ -109,17 +113,17 @@ class Sensor:
     clock: str
     value: FloatArray
     known: npt.NDArray[np.bool_]
-    see: Mapping[str, Matrix]
-    then: Callable[[FloatArray], FloatArray]
+    observation: Mapping[str, Matrix]
+    processing: Callable[[FloatArray], FloatArray]
     direct: Callable[[Columns], FloatArray]
     grid: Grid
     offsets: Matrix | None = None
-    along: Callable[[Columns, Columns], FloatArray] | None = None
+    derivatives: Callable[[Columns, Columns], FloatArray] | None = None
     time: FloatArray | None = None
-    told: FloatArray | None = None
-    again: FloatArray | None = None
-    rhythm: float = 0.0
-    lattice: Lattice = NO_LATTICE
+    samples_read: FloatArray | None = None
+    repeated: FloatArray | None = None
+    update_times: float = 0.0
+    quantization: QuantizationGrid = NO_GRID
     noise: float = 0.0
     coarse: bool = False
 
@@ -128,7 +132,9 @@ class Sensor:
         """Number of teeth of the disc that it reads; 1 where it reads none."""
         return 1 if self.offsets is None else int(self.offsets.shape[1])
 
-    def look(self, out: Columns, effects: Iterable[Effect] = (), late: float = 0.0) -> FloatArray:
+    def observe(
+        self, out: Columns, effects: Iterable[Effect] = (), late: float = 0.0
+    ) -> FloatArray:
         """Return what the sensor shows, effects on its channel included, (bins,).
 
         late: s by which its clock tells more than it should. An effect finds what was late already:
@@ -136,12 +142,12 @@ class Sensor:
         """
         acting = self._acting(effects)
         if acting:
-            seen = _seen(self.see, Later(out, late / self.grid.step) if late else out)
-            return self.then(self._told(seen, acting))
+            seen = _seen(self.observation, Later(out, late / self.grid.step) if late else out)
+            return self.processing(self._told(seen, acting))
         shown = self.direct(out)
         return shown - late * np.gradient(shown, self.grid.width) if late else shown
 
-    def look_along(
+    def observe_derivatives(
         self,
         out: Columns,
         slopes: Columns,
@@ -154,17 +160,17 @@ class Sensor:
         slopes: of its columns, (rows, directions). Where an effect acts, or nothing else is known,
         it is looked at twice, a step apart in every direction.
         """
-        if self.along is None or self._acting(effects):
-            base = self.look(out, effects, late)
+        if self.derivatives is None or self._acting(effects):
+            base = self.observe(out, effects, late)
             directions = range(next(iter(self._columns(slopes))).shape[1])
             there = (Moved(out, slopes, d, step) for d in directions)
-            changed = [(self.look(moved, effects, late) - base) / step for moved in there]
+            changed = [(self.observe(moved, effects, late) - base) / step for moved in there]
             return np.column_stack(changed) if changed else np.zeros((base.size, 0))
-        shown = self.along(out, slopes)
+        shown = self.derivatives(out, slopes)
         return shown - late * np.gradient(shown, self.grid.width, axis=0) if late else shown
 
     def _columns(self, out: Columns) -> list[FloatArray]:
-        return [out[column] for column in self.see]
+        return [out[column] for column in self.observation]
 
     def error(self, out: Columns, effects: Iterable[Effect], at: FloatArray) -> FloatArray:
         """Return by how much effects on its channel make the sensor tell too much, at given times.
@@ -174,7 +180,7 @@ class Sensor:
         acting = self._acting(effects)
         if not acting or self.time is None:
             return np.zeros(at.size)
-        value = _seen(self.see, out)
+        value = _seen(self.observation, out)
         return np.asarray(np.interp(at, self.time, self._told(value, acting) - value))
 
     def _acting(self, effects: Iterable[Effect]) -> tuple[SensorEffect, ...]:
@@ -192,22 +198,28 @@ class Sensor:
 
     def _as_recorded(self, effect: SensorEffect, value: FloatArray) -> FloatArray | None:
         """Return what an effect makes of values where the recording tells what it did there."""
-        if self.coarse and self.told is not None and isinstance(effect, Rounds):
-            return self._rounded(effect.quantum, value, self.told)
-        if self.again is None or self.time is None or not isinstance(effect, ToldAgain):
+        if self.coarse and self.samples_read is not None and isinstance(effect, Rounds):
+            return self._rounded(effect.quantum, value, self.samples_read)
+        if self.repeated is None or self.time is None or not isinstance(effect, ToldAgain):
             return None
-        known = renewals(value, self.again, MOVED * self.lattice.step)
-        return None if known is None else effect.with_repeats(known, self.rhythm, self.time, value)
+        known = renewals(value, self.repeated, MOVED * self.quantization.step)
+        return (
+            None
+            if known is None
+            else effect.with_repeats(known, self.update_times, self.time, value)
+        )
 
     def _rounded(self, quantum: float, value: FloatArray, told: FloatArray) -> FloatArray:
         """Round values on the recording's own steps, as sharply as that tells what was told.
 
         From one sample to the next: a simulation may drift for long and be sharp all the same.
         """
-        own = abs(quantum / self.lattice.step - 1.0) < THE_SAME
-        step = self.lattice.step if own else quantum
+        own = abs(quantum / self.quantization.step - 1.0) < THE_SAME
+        step = self.quantization.step if own else quantum
         tried = (
-            mean_quantised(value, step, max(near * step, self.noise), self.lattice.phase, NEAR[0])
+            mean_quantised(
+                value, step, max(near * step, self.noise), self.quantization.phase, NEAR[0]
+            )
             for near in NEAR
         )
         return min(tried, key=lambda shown: float(np.sum(np.diff(told - shown) ** 2)))
@@ -221,23 +233,25 @@ class Sensor:
         s, as for `look`.
         """
         acting = self._acting(effects)
-        seen = _seen(self.see, Later(out, late / self.grid.step) if late else out) + noise
+        seen = _seen(self.observation, Later(out, late / self.grid.step) if late else out) + noise
         told = self._told(seen, acting) if acting else seen
         rounds = any(isinstance(e, Rounds) for e in acting)
-        return self.lattice.rounded(told) if rounds or not self.coarse else told
+        return self.quantization.rounded(told) if rounds or not self.coarse else told
 
     def recording(self, told: FloatArray) -> "Sensor":
         """The same point sensor with other samples, (k,) in its unit; its steps are kept."""
         assert self.time is not None
         again = _again(told)
         value = into_bins(self.time, self.grid) @ told
-        return replace(self, value=value, told=told, again=again, rhythm=rhythm(again))
+        return replace(
+            self, value=value, samples_read=told, repeated=again, update_times=rhythm(again)
+        )
 
     def misplaced(self, displacement: FloatArray) -> FloatArray:
         """Return what displaced teeth (rad, by tooth) add to the output; zeros without teeth."""
         if self.offsets is None:
             return np.zeros(self.value.size)
-        return self.then(self.offsets @ displacement)
+        return self.processing(self.offsets @ displacement)
 
 
 def _seen(see: Mapping[str, Matrix], out: Columns) -> FloatArray:
@@ -273,9 +287,9 @@ def point_sensor(
     bins = into_bins(samples.time, grid)
     see = sparse.csr_array(factor * between(samples.time, grid))
     known = known_bins(samples.time, grid)
-    lattice = lattice_of(samples.value)
-    coarse = lattice.coarser_than(promised)
-    usual = Lattice(promised) if coarse else lattice
+    quantization = fit_quantization(samples.value)
+    coarse = quantization.coarser_than(promised)
+    usual = QuantizationGrid(promised) if coarse else quantization
 
     def then(values: FloatArray) -> FloatArray:
         return np.asarray(bins @ mean_quantised(values, usual.step, noise, usual.phase))
@@ -305,12 +319,12 @@ def point_sensor(
         then,
         direct,
         grid,
-        along=along,
+        derivatives=along,
         time=samples.time,
-        told=samples.value,
-        again=again,
-        rhythm=rhythm(again),
-        lattice=lattice,
+        samples_read=samples.value,
+        repeated=again,
+        update_times=rhythm(again),
+        quantization=quantization,
         noise=noise,
         coarse=coarse,
     )

@@ -12,10 +12,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.derivatives import Derivatives
-from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sensor import Columns
 from slipbench.identification.mismatch.simulation.turn import Turn
@@ -68,7 +68,7 @@ class System(ABC):
         """Return it at coordinates x, with these effects in place of its own of the same key."""
 
     @abstractmethod
-    def believed(self, plus_minus: Mapping[str, float]) -> Self:
+    def as_improved(self, plus_minus: Mapping[str, float]) -> Self:
         """Return it as an improved file tells it, its numbers known this well."""
 
     @abstractmethod
@@ -91,26 +91,28 @@ class System(ABC):
         """Raise InputError where a recording is of something else."""
 
     @abstractmethod
-    def chain(self, records: Sequence[Record]) -> Chain:
+    def partition(self, records: Sequence[Record]) -> CausalPartition:
         """Find the drives and blocks that all these records carry."""
 
     @abstractmethod
-    def coordinates(self, records: Sequence[Record], chain: Chain) -> list[Coordinate]:
+    def coordinates(
+        self, records: Sequence[Record], partition: CausalPartition
+    ) -> list[Coordinate]:
         """List what is uncertain of it and of the clocks of these records."""
 
     @abstractmethod
-    def touched(self, chain: Chain, coordinate: Coordinate) -> tuple[str, ...]:
+    def touched(self, partition: CausalPartition, coordinate: Coordinate) -> tuple[str, ...]:
         """Return the drives whose outputs a coordinate can change."""
 
     @abstractmethod
-    def slow_drives(self, chain: Chain) -> tuple[str, ...]:
+    def slow_subsystems(self, partition: CausalPartition) -> tuple[str, ...]:
         """Return the drives on which the slow unknown of a record acts."""
 
     @abstractmethod
-    def concerns(self, effect: Effect, chain: Chain, drive: str) -> bool:
+    def concerns(self, effect: Effect, partition: CausalPartition, subsystem: str) -> bool:
         """Tell whether an effect can change what the outputs of a drive show."""
 
-    def only_told(self, effect: Effect, chain: Chain) -> bool:
+    def changes_only_sensors(self, effect: Effect, partition: CausalPartition) -> bool:
         """Tell whether an effect leaves every simulation as it is and changes what sensors tell."""
         return hasattr(effect, "measure")
 
@@ -118,7 +120,12 @@ class System(ABC):
 
     @abstractmethod
     def simulate(
-        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
+        self,
+        record: Record,
+        partition: CausalPartition,
+        subsystem: str,
+        q: Floats,
+        added: Mapping[str, Floats],
     ) -> Columns:
         """Run one drive of one record. q: of the slow unknown; added: to columns of the inputs.
 
@@ -128,8 +135,8 @@ class System(ABC):
     def derivatives(
         self,
         record: Record,
-        chain: Chain,
-        drive: str,
+        partition: CausalPartition,
+        subsystem: str,
         q: Floats,
         added: Mapping[str, Floats],
         known: Sequence[Coordinate],
@@ -143,16 +150,23 @@ class System(ABC):
         return None
 
     @abstractmethod
-    def places(self, chain: Chain) -> list[Injection]:
+    def places(self, partition: CausalPartition) -> list[InjectionPoint]:
         """Places, sensors aside, where something may act that these blocks can see."""
 
     @abstractmethod
-    def push(self, place: Injection, record: Record, course: Floats) -> dict[str, Floats]:
+    def input_disturbance(
+        self, place: InjectionPoint, record: Record, course: Floats
+    ) -> dict[str, Floats]:
         """Columns to add to the inputs for a course, row by row, of what acts at a place."""
 
     @abstractmethod
     def regressors(
-        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
+        self,
+        record: Record,
+        partition: CausalPartition,
+        subsystem: str,
+        q: Floats,
+        added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
         """Quantities along which something may act in a drive, (rows,) each.
 
@@ -173,7 +187,7 @@ class System(ABC):
         return ""
 
     def curve(
-        self, place: Injection, regressor: str, knots: Floats, values: Floats, number: int
+        self, place: InjectionPoint, regressor: str, knots: Floats, values: Floats, number: int
     ) -> Effect | None:
         """Return a free curve as an effect of the simulation; None where it knows none there.
 
@@ -211,7 +225,7 @@ class System(ABC):
 
     # What could be tried next; a system without a menu proposes nothing.
 
-    def menu(self) -> Sequence[Any]:
+    def experiments(self) -> Sequence[Any]:
         """Trials that one could make; each says itself in a line."""
         return ()
 

@@ -306,12 +306,12 @@ def _slow(file: ModelFile, grid: Grid) -> Floats:
     """
     first = np.zeros((grid.rows, len(file.states)))
     first[:1] = [_spread(state) / grid.step for state in file.states.values()]
-    hats = [
-        _hats(grid, state.every or grid.stretch).T * state.drift.si
+    tents = [
+        _tents(grid, state.every or grid.stretch).T * state.drift.si
         for state in file.states.values()
         if state.drift is not None
     ]
-    return np.concatenate((first, *hats), axis=1)
+    return np.concatenate((first, *tents), axis=1)
 
 
 def first_of(state: str, file: ModelFile) -> tuple[int, float] | None:
@@ -324,7 +324,7 @@ def _spread(state: State) -> float:
     return SPREAD_AT_FIRST * state.size.si if state.first is None else state.first.si
 
 
-def _hats(grid: Grid, every: float) -> Floats:
+def _tents(grid: Grid, every: float) -> Floats:
     time = grid.step * (np.arange(grid.rows) + 0.5)
     knots = np.linspace(0.0, time[-1], max(int(time[-1] / every), 1) + 1)
     return np.asarray(np.maximum(0.0, 1.0 - np.abs(time - knots[:, None]) / (knots[1] - knots[0])))
@@ -350,6 +350,6 @@ def slow_places(file: ModelFile, grid: Grid) -> list[int]:
     found = [*rates]
     for k, state in zip(rates, file.states.values(), strict=True):
         if state.drift is not None:
-            found += [k] * len(_hats(grid, state.every or grid.stretch))
+            found += [k] * len(_tents(grid, state.every or grid.stretch))
     noisy = [k for k, told in enumerate(file.inputs.values()) if told.noisy]
     return found + [k for k in noisy for _ in WIDTHS]

@@ -7,15 +7,18 @@ from typing import Self
 
 import numpy as np
 
-from slipbench.identification.mismatch.simulation.along import TURN, kind_of
-from slipbench.identification.mismatch.simulation.blocks import Block, Chain
+from slipbench.identification.mismatch.simulation.causal_partition import (
+    CausalPartition,
+    OutputGroup,
+)
 from slipbench.identification.mismatch.simulation.coordinates import (
     NORMAL_95,
     STATED_SHARE,
     Coordinate,
 )
-from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.regressor import TURN, kind_of
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.simulation.turn import Turn
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
@@ -56,7 +59,7 @@ BINS_PER_LAG = 60
 MEMORY = 1 / 3
 """Of the noise models, in stretches: errors that far apart have little in common."""
 IMPROVED = "Calibrated on recordings, with the effects found there"
-PUSH = 0.1
+DISTURBANCE = 0.1
 """Size of a push worth trying, in the usual magnitude of its place."""
 
 
@@ -185,7 +188,7 @@ class ModelSystem(System):
         values = self.simulator.bounded(values)
         return replace(self, values=values, acting=(*kept, *effects), curves=tuple(curves.values()))
 
-    def believed(self, plus_minus: Mapping[str, float]) -> Self:
+    def as_improved(self, plus_minus: Mapping[str, float]) -> Self:
         """Return it under an improved one's name."""
         told = self.file.description or IMPROVED
         file = self.file.model_copy(
@@ -233,16 +236,18 @@ class ModelSystem(System):
     def check(self, record: Record) -> None:
         """A recording with its inputs and an output is taken as one of it."""
 
-    def chain(self, records: Sequence[Record]) -> Chain:
+    def partition(self, records: Sequence[Record]) -> CausalPartition:
         """One drive, led by the recorded inputs; a block for every output that all records have."""
         has = set.intersection(*(set(r.sensors) for r in records))
         order = max(1, min([ORDER, *(r.grid.bins // BINS_PER_LAG for r in records)]))
         shown = [name for name in self.file.outputs if name in has]
         memory = MEMORY * min(r.grid.stretch / r.grid.width for r in records)
-        blocks = (Block(_word(n), DRIVE, (n,), order, memory=memory) for n in shown)
-        return Chain({DRIVE: ()}, tuple(blocks))
+        blocks = (OutputGroup(_word(n), DRIVE, (n,), order, memory=memory) for n in shown)
+        return CausalPartition({DRIVE: ()}, tuple(blocks))
 
-    def coordinates(self, records: Sequence[Record], chain: Chain) -> list[Coordinate]:
+    def coordinates(
+        self, records: Sequence[Record], partition: CausalPartition
+    ) -> list[Coordinate]:
         """List the parameters and the values of curves; those with plus_minus = 0 are exact."""
         found: list[Coordinate] = []
         for name, value in zip(self.equations.parameters, self.values, strict=True):
@@ -255,20 +260,25 @@ class ModelSystem(System):
             found += curve.coordinates(self.known)
         return found
 
-    def touched(self, chain: Chain, coordinate: Coordinate) -> tuple[str, ...]:
+    def touched(self, partition: CausalPartition, coordinate: Coordinate) -> tuple[str, ...]:
         """There is one drive."""
         return (DRIVE,)
 
-    def slow_drives(self, chain: Chain) -> tuple[str, ...]:
+    def slow_subsystems(self, partition: CausalPartition) -> tuple[str, ...]:
         """There is one drive."""
         return (DRIVE,)
 
-    def concerns(self, effect: Effect, chain: Chain, drive: str) -> bool:
+    def concerns(self, effect: Effect, partition: CausalPartition, subsystem: str) -> bool:
         """There is one drive."""
         return True
 
     def simulate(
-        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
+        self,
+        record: Record,
+        partition: CausalPartition,
+        subsystem: str,
+        q: Floats,
+        added: Mapping[str, Floats],
     ) -> Shown:
         """Run it."""
         return self.simulator.run(self._task(record, q, added))
@@ -300,16 +310,18 @@ class ModelSystem(System):
         """Return the unknown of the unseen angle."""
         return first_of(placing.unseen_angle(self.file), self.file)
 
-    def places(self, chain: Chain) -> list[Injection]:
+    def places(self, partition: CausalPartition) -> list[InjectionPoint]:
         """Inputs, seams and rates of states."""
         return [
-            Injection(_word(p.name), p.name, p.unit, PUSH * p.size, DRIVE, {p.name: 1.0})
+            InjectionPoint(
+                _word(p.name), p.name, p.unit, DISTURBANCE * p.size, DRIVE, {p.name: 1.0}
+            )
             for p in placing.places(self.file)
             if p.kind != OUTPUT
         ]
 
     def curve(
-        self, place: Injection, regressor: str, knots: Floats, values: Floats, number: int
+        self, place: InjectionPoint, regressor: str, knots: Floats, values: Floats, number: int
     ) -> Effect | None:
         """Return a curve of the model file; None along what the kernel does not know there.
 
@@ -326,15 +338,22 @@ class ModelSystem(System):
         table = (tuple(map(float, knots)), tuple(map(float, values)))
         return curve_along(self.file, at, along, *table, repeats)
 
-    def push(self, place: Injection, record: Record, course: Floats) -> dict[str, Floats]:
+    def input_disturbance(
+        self, place: InjectionPoint, record: Record, course: Floats
+    ) -> dict[str, Floats]:
         """Add it to the place's quantity."""
-        return {name: factor * course for name, factor in place.push.items()}
+        return {name: factor * course for name, factor in place.inputs.items()}
 
     def regressors(
-        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
+        self,
+        record: Record,
+        partition: CausalPartition,
+        subsystem: str,
+        q: Floats,
+        added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
         """Inputs as recorded, states and seams as simulated, all with their rates; and time."""
-        out = self.simulate(record, chain, drive, q, added)
+        out = self.simulate(record, partition, subsystem, q, added)
         found = {"time": record.time}
         for k, name in enumerate(self.equations.inputs):
             found[_word(name)] = record.inputs[:, k]

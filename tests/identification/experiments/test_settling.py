@@ -13,7 +13,10 @@ from slipbench.identification.experiments.settling import (
     first_questions,
     lines_of,
 )
-from slipbench.identification.mismatch.telling.open_questions import OpenQuestions, StatedHypothesis
+from slipbench.identification.mismatch.reporting.open_questions import (
+    OpenQuestions,
+    StatedHypothesis,
+)
 
 NAMES = (("backlash", "hardening_cush", "driveline_loss"), ("nothing", "wet_patch"))
 

@@ -8,8 +8,8 @@ import numpy as np
 from slipbench.identification.mismatch.analysis import Analysis, begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.verdict import Verdict
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.effects.library import BY_NAME
 from slipbench.plant.motorcycle import Motorcycle

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipbench.identification.mismatch.fit.scatter import FAMILY, SHARE
+from slipbench.identification.mismatch.fit.variance_inflation import FAMILY, SHARE
 from slipbench.identification.mismatch.naming.acceptance import Acceptance
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from slipbench.identification.mismatch import explain
 from slipbench.identification.mismatch.analysis import Analysis, unexplained
-from slipbench.identification.mismatch.curves.sufficiency import Remainder
+from slipbench.identification.mismatch.curves.adequacy import Remainder
 
 PLACE = "servo force"
 
@@ -27,7 +27,7 @@ class Located:
 
 def known_of(share: float, nats: float) -> Analysis:
     """One name, beside which a free curve finds a share of what the name explains."""
-    curve = SimpleNamespace(gain=80.0, certain=True, place=PLACE)
+    curve = SimpleNamespace(log_likelihood_gain=80.0, certain=True, place=PLACE)
     return Analysis(
         None,
         None,
@@ -41,7 +41,7 @@ def known_of(share: float, nats: float) -> Analysis:
 
 
 @pytest.fixture
-def foretold(monkeypatch):
+def predicted_held_out(monkeypatch):
     """What names and the curve gain on held-out recordings is set here."""
 
     def held_out(names, curve, unchanged=1e6):
@@ -60,23 +60,25 @@ def settle(known):
 
 
 @pytest.mark.parametrize(("share", "nats"), [(0.04, 0.04), (0.3, 0.04), (0.04, 0.3)])
-def test_names_that_leave_little_in_one_measure_stand(share, nats, foretold):
+def test_names_that_leave_little_in_one_measure_stand(share, nats, predicted_held_out):
     """Where noise is small, next to nothing of an error is many nats; slow errors are few."""
-    foretold(0.0, 1e6)
+    predicted_held_out(0.0, 1e6)
     assert settle(known_of(share, nats)) == "names"
 
 
 @pytest.mark.parametrize(("names", "curve"), [(3761.0, 2711.0), (2711.0, 3761.0)])
-def test_names_that_leave_more_stand_where_they_foretell_more(names, curve, foretold):
+def test_names_that_leave_more_stand_where_they_foretell_more(names, curve, predicted_held_out):
     """What is withdrawn must leave a better explanation behind."""
-    foretold(names, curve)
+    predicted_held_out(names, curve)
     assert settle(known_of(0.2, 0.2)) == ("names" if names > curve else "curve")
 
 
 @pytest.mark.parametrize("unchanged", [-3.0, 4.0])
-def test_a_curve_that_gains_only_where_parameters_move_again_is_withdrawn(unchanged, foretold):
+def test_a_curve_that_gains_only_where_parameters_move_again_is_withdrawn(
+    unchanged, predicted_held_out
+):
     """Of a coupled drive it gained 47 nats so, and raised the error of the written file by 60 %."""
-    foretold(0.0, 47.0, unchanged)
+    predicted_held_out(0.0, 47.0, unchanged)
     known = known_of(0.2, 0.2)
     explain._free(known, (), lambda _: None)
     assert known.free is None

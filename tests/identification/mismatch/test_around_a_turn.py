@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.systems.placing import unseen_angle
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.laws.drum import NOISE, drum, orders, text_of, turned
 from tests.identification.mismatch.laws.explained import explained, holds, names, reported
 
-CHAIN = Chain({"system": ()}, ())
+CHAIN = CausalPartition({"system": ()}, ())
 FEW = ("unbalance", "cogging", "torque_ripple", "friction", "offset", "saturation")
 KNOTS = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.memo import lines, sentence
 from slipbench.identification.mismatch.runs import open_analysis, read_system, same_recording
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.memo import lines, sentence
 from slipbench.plant.vehicles import builtin_vehicle
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.conditions import nominal, system
@@ -65,7 +65,7 @@ def test_channels_whose_clock_cannot_be_aligned_are_left_out_with_the_reason() -
 def test_a_missing_channel_leaves_the_blocks_that_can_be_seen() -> None:
     trial = replace(TRAINING[0], seconds=4.0, drop=("engine_speed", "optical_speed"))
     record = system().prepare(ride(nominal().motorcycle, trial))
-    outputs = begin(system(), [record], []).training.chain.blocks[1].outputs
+    outputs = begin(system(), [record], []).training.partition.groups[1].outputs
     assert outputs == ("rear_teeth", "front_teeth")
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch.fit.sizing import sized, sizes
-from slipbench.identification.mismatch.naming.tried import (
+from slipbench.identification.mismatch.naming.candidates import (
     candidates,
-    half_a_turn_on,
+    half_turn_shifted,
     place_on_the_road,
 )
 from slipbench.plant.effects.backlash import Backlash
@@ -40,14 +40,14 @@ def test_whatever_its_phase_a_line_shows_at_the_first_tries(kind, phase):
 @pytest.mark.parametrize("kind", GO_ROUND)
 @pytest.mark.parametrize("phase", np.linspace(-math.pi, math.pi, 25))
 def test_whatever_its_phase_a_line_is_tried_well_within_a_quarter_turn(kind, phase):
-    tried = [t for c in like_the_first(kind) for t in (c, *half_a_turn_on(c))]
+    tried = [t for c in like_the_first(kind) for t in (c, *half_turn_shifted(c))]
     assert max(math.cos(c.effect().phase - phase) for c in tried) > math.cos(math.radians(55))
 
 
 def like_the_first(kind):
     """Return the first tries on one subject, of one whole number."""
     every = list(candidates(kind, DISCS))
-    return [c for c in every if (c.pattern, c.whole) == (every[0].pattern, every[0].whole)]
+    return [c for c in every if (c.pattern, c.integers) == (every[0].pattern, every[0].integers)]
 
 
 @pytest.mark.parametrize("centre", np.linspace(400.0, 1800.0, 29))
@@ -58,7 +58,7 @@ def test_a_dip_anywhere_in_the_range_of_engines_is_tried_within_its_own_width(ce
 
 
 def test_what_has_no_angle_is_not_turned():
-    assert not list(half_a_turn_on(next(candidates(Backlash))))
+    assert not list(half_turn_shifted(next(candidates(Backlash))))
 
 
 def test_no_two_orders_that_are_tried_look_alike_at_the_teeth():
@@ -88,18 +88,20 @@ def test_every_effect_is_tried_whether_or_not_its_disc_was_recorded(kind):
 def test_a_step_by_which_sensitivity_is_taken_is_done_in_full_even_where_a_range_ends(kind, far):
     """Half of a step, or none, would say that recordings tell little of the dial, or nothing."""
     first = next(candidates(kind, DISCS))
-    there = first.moved(far * np.ones(len(first.dials)))
-    for dial, nudge in enumerate(there.difference_steps):
-        step = nudge * np.eye(len(there.dials))[dial]
+    there = first.moved(far * np.ones(len(first.parameters)))
+    for parameter, nudge in enumerate(there.difference_steps):
+        step = nudge * np.eye(len(there.parameters))[parameter]
         stepped = there.moved(step)
-        assert np.subtract(stepped.dials, there.dials) == pytest.approx(step, rel=1e-2, abs=1e-12)
+        assert np.subtract(stepped.parameters, there.parameters) == pytest.approx(
+            step, rel=1e-2, abs=1e-12
+        )
         assert stepped.effect() != there.effect()
 
 
 @pytest.mark.parametrize("kind", LIBRARY, ids=lambda kind: kind.name)
 def test_a_size_stays_where_its_parameters_mean_something(kind):
     first = next(candidates(kind, DISCS))
-    for far in (first.moved(1e6 * np.ones(len(first.dials))), first.resized(1e6)):
+    for far in (first.moved(1e6 * np.ones(len(first.parameters))), first.resized(1e6)):
         for p in sizes(kind):
             at = sized(p, far.size)
             assert p.low - 1e-9 * abs(p.low) <= at <= p.high + 1e-9 * abs(p.high)
@@ -117,7 +119,7 @@ def tried(kind, parameter):
 def test_what_no_recording_tells_beside_the_size_is_as_it_was(kind):
     """Of a tooth's way and its radius only the quotient acts: the radius has no dial."""
     for first in list(candidates(kind, DISCS))[:1]:
-        turned = first.moved(np.ones(len(first.dials))).effect()
+        turned = first.moved(np.ones(len(first.parameters))).effect()
         for p in kind.parameters():
             if p.given:
                 assert getattr(turned, p.name) == getattr(first.pattern, p.name)

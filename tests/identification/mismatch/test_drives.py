@@ -5,8 +5,8 @@ import pytest
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
+from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.identification.mismatch.systems.system import ModelSystem
-from slipbench.identification.mismatch.telling.conclude import verdict
 from tests.identification.mismatch.drives import DAMPING, FREQUENCY, recorded
 from tests.paths import MODELS
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch.runs import read_system
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.systems.expression import DEEPEST, read_expression
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.spring import MODEL, recorded
 
-CHAIN = Chain({"system": ()}, ())
+CHAIN = CausalPartition({"system": ()}, ())
 TOO_LARGE = {
     "9" * 310: "number of an equation is too large",
     "9" * 999: "number of an equation is too large",

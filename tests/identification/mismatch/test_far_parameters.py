@@ -4,9 +4,9 @@ import json
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.memo import lines
-from slipbench.identification.mismatch.telling.verdict import as_json
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.memo import lines
+from slipbench.identification.mismatch.reporting.verdict import as_json
 from tests.identification.mismatch.laws.spring import FREQUENCY, MODEL, spring, swung
 
 

@@ -11,9 +11,9 @@ from slipbench.identification.mismatch.fit.calibrate import calibrate, far_from_
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.fits import fits_from_the_file, fitted, promising
 from slipbench.identification.mismatch.naming.score import Score, screen
-from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.plant.effects.air_box_delay import AirBoxDelay
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.channel_lag import ChannelLag
@@ -75,7 +75,10 @@ def calibrated(seed: int, late: float) -> Fit:
 def test_a_late_sensor_that_calibration_took_for_a_slow_actuator_is_found(seed):
     base = calibrated(seed, LATE)
     assert far_from_prior(base)
-    left = {s.candidate.name: s.gain for s in screen(Linearization.of(base), KINDS).scores}
+    left = {
+        s.candidate.name: s.log_likelihood_gain
+        for s in screen(Linearization.of(base), KINDS).scores
+    }
     best = fits_from_the_file(base, KINDS, lambda _: None)[0]
     (found,) = best.effects
     assert found.name == "channel_latency.throttle_position"
@@ -95,7 +98,10 @@ def test_a_backlash_that_calibration_made_up_for_is_found_from_the_numbers_of_th
     model = begin(system(), [system().prepare(ride(loose(), STEADY))], []).training
     base = calibrate(model, model.origin()).coarse
     assert far_from_prior(base)
-    left = {s.candidate.name: s.gain for s in screen(Linearization.of(base), MOVING).scores}
+    left = {
+        s.candidate.name: s.log_likelihood_gain
+        for s in screen(Linearization.of(base), MOVING).scores
+    }
     best = fits_from_the_file(base, MOVING, lambda _: None)[0]
     (found,) = best.effects
     assert found.name == "backlash"

@@ -22,13 +22,13 @@ from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize, there
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of
 from slipbench.identification.mismatch.fit.stack import Nuisances, bounded
+from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.fits import (
     by_score,
     fits_from_the_file,
     promising_fits,
 )
 from slipbench.identification.mismatch.naming.score import screen
-from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
 from slipbench.plant.effects.load_transfer import LoadTransfer
@@ -91,7 +91,7 @@ def test_what_calibration_hides_only_by_leaving_its_priors_is_seen(seed):
 
     before, z, rest = least(nuisances.columns, np.ones(6))
     after, *_ = least(np.column_stack((nuisances.columns, hidden)), np.array([1.0] * 6 + [0.0]))
-    off, left = nuisances.off(hidden), nuisances.left(rest, z)
+    off, left = nuisances.project_out(hidden), nuisances.projected_residuals(rest, z)
     told = 0.5 * (off @ left) ** 2 / (off @ off)
     assert told > 10.0
     assert told == pytest.approx(before - after, rel=1e-9)

@@ -29,9 +29,9 @@ def fit(shared, alike=True):
         SimpleNamespace(name=f"run {i}", inputs=u, grid=SimpleNamespace(stretches=3))
         for i, u in enumerate(inputs)
     )
-    chain = SimpleNamespace(blocks=(SimpleNamespace(order=4),))
-    model = SimpleNamespace(records=records, chain=chain)
-    return SimpleNamespace(model=model, rest=[rest], noise=[whitener(rest, 4)])
+    partition = SimpleNamespace(groups=(SimpleNamespace(order=4),))
+    model = SimpleNamespace(records=records, partition=partition)
+    return SimpleNamespace(model=model, residuals=[rest], noise=[whitener(rest, 4)])
 
 
 def test_the_floor_of_repeated_trials_is_what_they_do_not_share():
@@ -44,7 +44,7 @@ def test_without_repetition_the_floor_is_what_is_new_in_every_bin():
     one = fit(shared=2.0, alike=False)
     floor, told_by = floors(one, 0)
     assert told_by == INNOVATIONS
-    assert 0.95 < floor[0] < 0.8 * np.sqrt(np.mean(one.rest[0][0] ** 2))
+    assert 0.95 < floor[0] < 0.8 * np.sqrt(np.mean(one.residuals[0][0] ** 2))
 
 
 def test_lack_of_fit_is_seen_where_the_trials_share_something():
@@ -71,9 +71,9 @@ def test_a_tooth_pattern_has_a_floor_whatever_the_length_of_the_recording(second
         name="run", inputs=np.zeros((9, 1)), grid=grid, sensors={"rear_tooth_pattern": disc}
     )
     block = SimpleNamespace(order=0, outputs=("rear_tooth_pattern",))
-    model = SimpleNamespace(records=(record,), chain=SimpleNamespace(blocks=(block,)))
+    model = SimpleNamespace(records=(record,), partition=SimpleNamespace(groups=(block,)))
     rest = rng.standard_normal((disc.value.size, 1))
-    floor, told_by = floors(SimpleNamespace(model=model, rest=[[rest]], noise=[None]), 0)
+    floor, told_by = floors(SimpleNamespace(model=model, residuals=[[rest]], noise=[None]), 0)
     assert told_by == PATTERN
     rows = rest.reshape(-1, teeth)
     own = np.sqrt(np.mean(rest**2)) if len(rows) == 1 else np.sqrt(rows.var(axis=0, ddof=1).mean())

@@ -9,14 +9,14 @@ from slipbench.identification.mismatch.analysis import Analysis, begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.held_out import proof
-from slipbench.identification.mismatch.simulation.written_units import SI
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.gain_in_words import improvement_in_words
-from slipbench.identification.mismatch.telling.improvement import (
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.improvement import (
     Improvement,
     improvement,
     interval_of_ratio,
 )
+from slipbench.identification.mismatch.reporting.improvement_in_words import improvement_in_words
+from slipbench.identification.mismatch.simulation.written_units import SI
 from tests.identification.mismatch.laws.spring import cubic, spring, swung
 
 CUBE = 0.003  # 1/m^2

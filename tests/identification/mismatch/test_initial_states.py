@@ -110,7 +110,7 @@ def test_what_calibration_leaves_is_the_noise(tmp_path, rope, swing):
     """Over usual steps of the first angle differences led to an error ten times the noise, and the
     noise model took it for noise."""
     fit = calibrated(tmp_path, [recording(seed, rope, swing) for seed in (1, 2)])
-    for rest, size in zip(fit.rest, NOISE.values(), strict=True):
+    for rest, size in zip(fit.residuals, NOISE.values(), strict=True):
         assert np.sqrt(np.mean(np.concatenate(rest) ** 2)) < 1.05 * size
     numbers = {c.name: c.at(float(x)) for c, x in zip(fit.model.known, fit.point.x, strict=True)}
     assert numbers["rope"] == pytest.approx(rope, rel=1e-3)
@@ -123,7 +123,7 @@ def test_a_recording_that_begins_in_motion_is_predicted_from_its_first_sample(tm
     lag = 0.03
     text = MODEL.replace("value = 0.15", f"value = {lag}").replace("0.06 }", "0.01 }")
     fit = calibrated(tmp_path, [recording(s, 1.88, 0.0, speed, lag, 0.3) for s in (1, 2)], text)
-    for white, rests, size in zip(fit.noise, fit.rest, NOISE.values(), strict=True):
+    for white, rests, size in zip(fit.noise, fit.residuals, NOISE.values(), strict=True):
         assert white.order * PERIOD > 5.0 * lag
         for rest in rests:
             assert np.abs(rest[: white.order]).max() < 5.0 * size
@@ -133,5 +133,5 @@ def test_a_recording_that_begins_in_motion_is_predicted_from_its_first_sample(tm
 def test_what_begins_in_fast_motion_is_fitted_from_its_beginning_on(tmp_path, speed):
     """From rest, where the fit starts, the pendulum turns over, and slopes lead nowhere."""
     fit = calibrated(tmp_path, [recording(seed, 1.88, 0.1, speed) for seed in (1, 2)])
-    for rest, size in zip(fit.rest, NOISE.values(), strict=True):
+    for rest, size in zip(fit.residuals, NOISE.values(), strict=True):
         assert np.sqrt(np.mean(np.concatenate(rest) ** 2)) < 1.05 * size

@@ -9,10 +9,10 @@ from scipy import ndimage
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.identification.mismatch.systems.input_noise import WIDTHS, noise_of, smoothings
 from slipbench.identification.mismatch.systems.model_file import Input, Number
 from slipbench.identification.mismatch.systems.system import ModelSystem
-from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.protocol.recording.channel import Channel
 from slipbench.protocol.recording.recording import Recording
 from slipbench.protocol.recording.role_map import RoleMap, Source

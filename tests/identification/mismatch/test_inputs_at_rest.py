@@ -7,10 +7,10 @@ import pytest
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.curves.curve import Curve
-from slipbench.identification.mismatch.curves.standing import pushed_in
+from slipbench.identification.mismatch.curves.fit_external import spline_in
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.calibrate import calibrate
-from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.identification.mismatch.reporting.conclude import verdict
 from tests.identification.mismatch.spring import recorded, system
 
 
@@ -40,8 +40,8 @@ def test_a_curve_at_a_place_that_moves_no_output_is_not_fitted(spring):
     base = calibrate(a.training, a.training.origin())
     knots = np.linspace(-0.4, 0.4, 5)
     unused = Curve("tilt", "tilt", "rad", "tilt", knots, 0.1 * knots, 20.0, 0.0, 0.0, 0.01)
-    assert pushed_in(base, unused) is None
-    used = pushed_in(base, replace(unused, place="deflection", block="deflection", unit="m"))
+    assert spline_in(base, unused) is None
+    used = spline_in(base, replace(unused, place="deflection", block="deflection", unit="m"))
     assert used is None or used.score > base.score
 
 

@@ -6,7 +6,7 @@ from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
-from slipbench.identification.mismatch.telling.memo import sentence
+from slipbench.identification.mismatch.reporting.memo import sentence
 from slipbench.plant.effects.channel_lag import ChannelLag
 from tests.identification.mismatch.conditions import erring, nominal
 from tests.identification.mismatch.laws.explained import effect, explained, holds, names, reported

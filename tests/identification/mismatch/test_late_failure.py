@@ -12,14 +12,14 @@ from slipbench.command import app
 from slipbench.identification.mismatch import explain, runs
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import NAMES, STEPS, analyse, known_so_far
-from slipbench.identification.mismatch.telling import conclude, memo_page, output
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.hypotheses import hypotheses
+from slipbench.identification.mismatch.reporting import conclude, memo_page, output
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.hypotheses import hypotheses
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.spring import recorded, system
 
 SCHEMA = json.loads(
-    (files("slipbench.identification.mismatch.telling") / "verdict.schema.json").read_text()
+    (files("slipbench.identification.mismatch.reporting") / "verdict.schema.json").read_text()
 )
 
 
@@ -161,7 +161,7 @@ def test_the_table_of_hypotheses_has_the_gains_of_what_stands_on_both_sets(harde
     first = hypotheses(hardening, told)[0]
     assert first.stands
     assert first.name == "cubic.deflection"
-    assert first.training == hardening.named.gain
+    assert first.training == hardening.named.log_likelihood_gain
     assert first.held_out == told.improvement.log_likelihood_gain > 0.0
 
 

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from slipbench.identification.mismatch.naming.certainty import DOUBTED, foretold
 from slipbench.identification.mismatch.naming.interval import significance
-from slipbench.identification.mismatch.telling.verdict import as_json
+from slipbench.identification.mismatch.naming.significance import DOUBTED, predicted_held_out
+from slipbench.identification.mismatch.reporting.verdict import as_json
 from slipbench.plant.effects.asymmetric_filling import AsymmetricFilling
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.effect import Effect
@@ -75,7 +75,7 @@ def test_what_is_there_is_foretold_and_what_is_not_is_not() -> None:
     fit, held_out = found.named.fit, found.held_out
     assert [c.name for c in fit.candidates] == ["backlash"]
     assert significance(fit, 0) < CERTAIN
-    assert foretold(fit, 0, held_out) < 1e-5
+    assert predicted_held_out(fit, 0, held_out) < 1e-5
     without = analysis(seed=5).held_out
     assert without is not None
-    assert foretold(fit, 0, without) > DOUBTED
+    assert predicted_held_out(fit, 0, without) > DOUBTED

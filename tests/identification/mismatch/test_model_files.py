@@ -8,19 +8,19 @@ import pytest
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.identification.mismatch.runs import read_system
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.simulation.piece import Piece
 from slipbench.identification.mismatch.systems.clock_search import best_shift
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME, LIBRARY
 from slipbench.identification.mismatch.systems.expression import read_expression
-from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.plant.effects.effect import SECTIONS
 from slipbench.plant.errors import PlantError
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.spring import MODEL, recorded, system
 
-CHAIN = Chain({"system": ()}, ())
+CHAIN = CausalPartition({"system": ()}, ())
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +120,7 @@ def test_a_quarter_of_the_step_gives_the_same(spring, record, tmp_path):
 
 def test_what_is_written_reads_back_as_the_same_system(spring, record, tmp_path):
     kind = next(k for k in kinds(spring, "cubic") if k.place.name == "deflection")
-    there = spring.at([], np.zeros(0), (kind(cube=0.3),)).believed(spring.plus_minus)
+    there = spring.at([], np.zeros(0), (kind(cube=0.3),)).as_improved(spring.plus_minus)
     path = tmp_path / "improved.toml"
     path.write_text(there.text(), encoding="utf-8")
     again = read_system(path)

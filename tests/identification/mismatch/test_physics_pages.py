@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.runs import read_system
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.systems.effects.back_drive_loss import lose
 from slipbench.identification.mismatch.systems.effects.braking_loop import approach
 from slipbench.identification.mismatch.systems.effects.elastic_backlash import strike
@@ -22,7 +22,7 @@ from slipbench.identification.mismatch.systems.effects.supply_limit import limit
 from slipbench.protocol.units import to_base
 from tests.identification.mismatch.laws.servo import MODEL, servo, turned
 
-CHAIN = Chain({"system": ()}, ())
+CHAIN = CausalPartition({"system": ()}, ())
 STORE = """
 [states.warmth]
 rate = "drive - warmth"
@@ -69,7 +69,7 @@ def test_the_unit_of_every_parameter_is_one_that_a_model_file_may_write(machine)
 )
 def test_an_effect_along_a_speed_reads_back_as_it_was_written(machine, record, tmp_path, name):
     effect = kinds(machine, name)[0]()
-    written = machine.at([], np.zeros(0), (effect,)).believed(machine.plus_minus)
+    written = machine.at([], np.zeros(0), (effect,)).as_improved(machine.plus_minus)
     path = tmp_path / "improved.toml"
     path.write_text(written.text(), encoding="utf-8")
     again = shown(read_system(path), record)

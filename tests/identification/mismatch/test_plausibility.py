@@ -9,13 +9,13 @@ import pytest
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.plausibility import (
     PRIORS,
     doubts,
     plausible_first,
     rank,
 )
-from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.plant.effects.library import BY_NAME
 from tests.identification.mismatch.laws.spring import noise_of_the_force, spring, swung
 

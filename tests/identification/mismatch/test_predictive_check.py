@@ -16,32 +16,32 @@ from slipbench.command import app
 from slipbench.identification.mismatch.analysis import accepted, begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.stack import whiteners
-from slipbench.identification.mismatch.predictive_check.answer import alike, answer_of, compared
 from slipbench.identification.mismatch.predictive_check.check import analyses_of, check
 from slipbench.identification.mismatch.predictive_check.noise import coloured, noise_like
 from slipbench.identification.mismatch.predictive_check.order import Order
+from slipbench.identification.mismatch.predictive_check.outcome import alike, answer_of, compared
 from slipbench.identification.mismatch.predictive_check.replica import simulated
-from slipbench.identification.mismatch.simulation.lattice import Lattice
-from slipbench.identification.mismatch.simulation.model import predict
-from slipbench.identification.mismatch.simulation.replicate import replicated
-from slipbench.identification.mismatch.systems.system import ModelSystem
-from slipbench.identification.mismatch.telling.check_in_words import check_lines
-from slipbench.identification.mismatch.telling.check_result import (
+from slipbench.identification.mismatch.reporting.check_in_words import check_lines
+from slipbench.identification.mismatch.reporting.check_result import (
     COMPLETE,
     INTERRUPTED,
     OUT_OF_TIME,
     Check,
     Rate,
 )
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.verdict import Verdict, as_json
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.verdict import Verdict, as_json
+from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.identification.mismatch.simulation.quantization import QuantizationGrid
+from slipbench.identification.mismatch.simulation.replicate import replicated
+from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.recording.channel import Channel
 from slipbench.protocol.recording.recording import Recording
 from tests.identification.mismatch.callables import springs
 from tests.identification.mismatch.laws.spring import cubic, spring, swung
 
 SCHEMA = json.loads(
-    (files("slipbench.identification.mismatch.telling") / "verdict.schema.json").read_text()
+    (files("slipbench.identification.mismatch.reporting") / "verdict.schema.json").read_text()
 )
 CLEAR, WEAK = (0.15, 2e-3), (0.01, 0.2)
 """Cubic term of the spring, 1/m^2, and noise, m."""
@@ -146,7 +146,7 @@ def test_a_function_is_simulated_as_a_model_file_is():
     few = [k for k in system.library if k.name == "offset" and k.place.name == "place"]
     a = analyse(begin(system, learnt, proof), few)
     replica, _ = simulated(a, np.random.default_rng(1), True)
-    rest = accepted(a).rest[0][0]
+    rest = accepted(a).residuals[0][0]
     apart = replica.training.measured[0][0] - a.training.measured[0][0]
     assert np.std(apart) == pytest.approx(np.sqrt(2.0) * np.std(rest), rel=0.5)
 
@@ -198,7 +198,7 @@ def test_without_noise_sensors_record_what_the_simulation_shows(clear):
 
 def test_noise_that_is_whitened_and_coloured_is_the_same(clear):
     fit = clear.named.fit
-    [white], [[rest]] = whiteners(fit.model, fit.rest), fit.rest
+    [white], [[rest]] = whiteners(fit.model, fit.residuals), fit.residuals
     lead = np.zeros((white.order, 1))
     series = np.concatenate((lead, rest))
     np.testing.assert_allclose(coloured(white, white.innovations(series)), rest, atol=1e-9)
@@ -206,7 +206,7 @@ def test_noise_that_is_whitened_and_coloured_is_the_same(clear):
 
 def test_noise_is_as_large_and_as_coloured_as_the_residuals(clear):
     fit = clear.named.fit
-    rest = fit.rest[0][0][:, 0]
+    rest = fit.residuals[0][0][:, 0]
     drawn = [noise_like(fit, np.random.default_rng(s))[0][0][:, 0] for s in range(40)]
     assert np.mean(np.square(drawn)) == pytest.approx(np.mean(rest**2), rel=0.1)
     for lag in (1, 5):
@@ -224,18 +224,18 @@ def test_an_unstable_autoregression_does_not_grow(clear):
 def test_simulated_samples_lie_on_the_steps_of_the_channel(tmp_path):
     a = analysed(tmp_path, 0.15, 2e-3, steps=0.05)
     replica, _ = simulated(a, np.random.default_rng(3), True)
-    told = replica.training.records[0].sensors["place"].told
+    told = replica.training.records[0].sensors["place"].samples_read
     np.testing.assert_allclose(told / 0.05, np.round(told / 0.05), atol=1e-3)
     own = a.training.records[0].sensors["place"]
-    assert np.std(told) == pytest.approx(np.std(own.told), rel=0.1)
+    assert np.std(told) == pytest.approx(np.std(own.samples_read), rel=0.1)
 
 
 @given(st.floats(1e-3, 10.0), st.floats(-5.0, 5.0), st.floats(-100.0, 100.0))
 def test_rounding_moves_by_half_a_step_at_most_and_only_once(step, phase, value):
-    lattice = Lattice(step, phase)
-    once = lattice.rounded(np.array([value]))
+    quantization = QuantizationGrid(step, phase)
+    once = quantization.rounded(np.array([value]))
     assert abs(once[0] - value) <= 0.5 * step + 1e-9
-    np.testing.assert_allclose(lattice.rounded(once), once, atol=1e-9)
+    np.testing.assert_allclose(quantization.rounded(once), once, atol=1e-9)
 
 
 @given(st.integers(0, 50).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))

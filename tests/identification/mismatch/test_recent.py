@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.motorcycle import simulate
-from slipbench.identification.mismatch.motorcycle.blocks import SERVO_SEAMS
+from slipbench.identification.mismatch.motorcycle.causal_cut import SERVO_SEAMS
 from slipbench.identification.mismatch.simulation.model import Model, predict
 from slipbench.identification.mismatch.simulation.recent import Recent
 from slipbench.identification.mismatch.simulation.record import Record
@@ -79,7 +79,7 @@ def test_a_prediction_does_not_depend_on_what_was_kept():
     for point, found in zip(reversed(points), again, strict=True):
         for kept in (simulate._TABLES, simulate._SERVOS, simulate._ERRORS, simulate._LED):
             kept._kept.clear()
-        alone = predict(Model(system(), model.records, model.chain, model.known), point)
+        alone = predict(Model(system(), model.records, model.partition, model.known), point)
         for ones, others in zip(found, alone, strict=True):
             assert all(np.array_equal(a, b) for a, b in zip(ones, others, strict=True))
 

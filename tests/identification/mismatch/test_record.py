@@ -40,7 +40,7 @@ def test_no_row_holds_part_of_one_command_and_part_of_the_next(ready):
 def test_a_reading_of_the_position_moves_no_regressor_of_its_own_bin_or_before(ready):
     vehicle, record = ready
     system = MotorcycleSystem(vehicle)
-    chain = system.chain([record])
+    chain = system.partition([record])
     out = simulate(vehicle.motorcycle, record, chain, "servo", np.empty(0), {})
     row = 6000
     position = record.measured["throttle_position"].copy()

@@ -15,10 +15,10 @@ from slipbench.identification.mismatch.fit.held_out import Veto
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming import acceptance, search
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
+from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.score import Screening, screen
 from slipbench.identification.mismatch.naming.search import Search
-from slipbench.identification.mismatch.naming.tried import candidates
 from tests.identification.mismatch.spring import recorded, system
 
 BENT = ("asymmetry", "cubic", "dead_zone")
@@ -39,15 +39,15 @@ def after_exchange(bare: Fit, key: str) -> tuple[Named, Named]:
     kind = next(k for k in library if k().key == key)
     fit = least_squares_start(with_effects(bare, (next(candidates(kind)),)))
     first = screen(Linearization.of(bare), library)
-    named = Named(bare, fit, first, rivals={key: {"dead_zone.deflection": 3.0}})
+    named = Named(bare, fit, first, competing={key: {"dead_zone.deflection": 3.0}})
     return named, Search(library).exchanged(named)
 
 
 def test_a_wrong_name_is_exchanged_for_the_right_one_and_becomes_its_rival(bare) -> None:
     before, after = after_exchange(bare, "asymmetry.deflection")
     assert after.names == ["cubic.deflection"]
-    nats = after.gain - before.gain
-    assert after.rivals == {"cubic.deflection": {"asymmetry.deflection": pytest.approx(nats)}}
+    nats = after.log_likelihood_gain - before.log_likelihood_gain
+    assert after.competing == {"cubic.deflection": {"asymmetry.deflection": pytest.approx(nats)}}
 
 
 def test_a_right_name_stays(bare) -> None:
@@ -74,10 +74,10 @@ def test_an_effect_keeps_the_level_of_the_screening_that_found_it() -> None:
     begun = Named(base, base, Screening([], 1))
     named = Search(())._with(begun, one, one, [])
     named = Search(())._with(replace(named, screenings=5), both, both, [])
-    assert named.found == {"a": 1, "b": 5}
+    assert named.found_in == {"a": 1, "b": 5}
     other = Stand(("a", "c"), {("a", "c"): 90.0}, {})
     exchanged = Search(())._renamed(replace(named, screenings=9), other)
-    assert exchanged.found == {"a": 1, "c": 9}
+    assert exchanged.found_in == {"a": 1, "c": 9}
 
 
 # Backward elimination, on sets of which everything is known.
@@ -89,7 +89,7 @@ class Told(Acceptance):
     def certain(self, fit, i):
         return fit.certain[fit.names][i]
 
-    def all_certain(self, fit):
+    def all_significant(self, fit):
         return all(self.certain(fit, i) for i in range(len(fit.names)))
 
     def ps(self, fit):

@@ -79,7 +79,7 @@ def test_sensitivities_are_what_smaller_and_smaller_differences_tend_to(
     effects: str, throttle: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model, point = case(EFFECTS[effects], throttle)
-    assert ("servo" in model.chain.drives) == throttle
+    assert ("servo" in model.partition.subsystems) == throttle
     ours = sensitivities(model, point)
     coarse = departures(ours, differences(model, point, monkeypatch, 0.02))
     fine = departures(ours, differences(model, point, monkeypatch, 0.001))

@@ -34,15 +34,15 @@ def test_what_is_held_and_late_is_told_as_it_was(late, hold, phase):
     there = speed(FRAMES - late)
     told = there[np.maximum.accumulate(np.where(fresh, np.arange(FRAMES.size), 0))]
     sensor = sensor_of(told)
-    held = HeldFrames(channel="speed", hold=sensor.rhythm * PERIOD)
-    shown = sensor.look({"v": speed(ROWS)}, [held], late)
+    held = HeldFrames(channel="speed", hold=sensor.update_times * PERIOD)
+    shown = sensor.observe({"v": speed(ROWS)}, [held], late)
     assert shown == pytest.approx(sensor.value, abs=2e-3)
 
 
 @given(st.floats(-1.2e-3, 1.2e-3))
 def test_a_late_clock_shows_what_there_was_before(late):
     sensor = sensor_of(speed(FRAMES))
-    shown = sensor.look({"v": speed(ROWS)}, late=late)
+    shown = sensor.observe({"v": speed(ROWS)}, late=late)
     before = into_bins(FRAMES, GRID) @ speed(FRAMES - late)
     assert shown == pytest.approx(before, abs=UNEVEN)
 
@@ -51,5 +51,5 @@ def test_a_late_clock_shows_what_there_was_before(late):
 def test_an_absent_effect_shows_what_none_shows(late):
     sensor = sensor_of(speed(FRAMES))
     out = {"v": speed(ROWS)}
-    absent = sensor.look(out, [HeldFrames(channel="speed", hold=0.0)], late)
-    assert absent == pytest.approx(sensor.look(out, late=late), abs=UNEVEN)
+    absent = sensor.observe(out, [HeldFrames(channel="speed", hold=0.0)], late)
+    assert absent == pytest.approx(sensor.observe(out, late=late), abs=UNEVEN)

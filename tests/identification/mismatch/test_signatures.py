@@ -11,8 +11,9 @@ from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate, start_fit
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
-from slipbench.identification.mismatch.naming.again import promising_again
+from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.fits import fitted, moved
+from slipbench.identification.mismatch.naming.rescreen import promising_again
 from slipbench.identification.mismatch.naming.score import at_other_places, screen
 from slipbench.identification.mismatch.naming.signatures import (
     ALIKE,
@@ -20,7 +21,6 @@ from slipbench.identification.mismatch.naming.signatures import (
     directions,
     score_tests,
 )
-from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from tests.identification.mismatch.drives import recorded
 from tests.paths import MODELS
@@ -61,7 +61,7 @@ def test_different_signatures_are_unlike_each_other_and_all_others_like_one_befo
 def test_directions_have_length_one_and_are_off_the_nuisances(far_fit) -> None:
     linear = Linearization.of(far_fit)
     hidden = linear.nuisances.columns[:, :1]
-    changes = linear.signatures(
+    changes = linear.effect_responses(
         [c for kind in linear.fit.model.system.library[:8] for c in candidates(kind)]
     )
     found = directions(linear, np.concatenate((changes, 0.0 * hidden), axis=1))
@@ -73,11 +73,13 @@ def test_directions_have_length_one_and_are_off_the_nuisances(far_fit) -> None:
 def test_an_amplitude_is_that_of_least_squares(far_fit) -> None:
     """The residual of the least-squares amplitude is orthogonal to the signature."""
     linear = Linearization.of(far_fit)
-    column = linear.signatures([next(candidates(k)) for k in linear.fit.model.system.library[:4]])
+    column = linear.effect_responses(
+        [next(candidates(k)) for k in linear.fit.model.system.library[:4]]
+    )
     tests = score_tests(linear, column)
-    off = linear.nuisances.off(column)
-    for i in np.flatnonzero(tests.seen):
-        rest = linear.left - tests.amplitude[i] * off[:, i]
+    off = linear.nuisances.project_out(column)
+    for i in np.flatnonzero(tests.visible):
+        rest = linear.residuals - tests.amplitude[i] * off[:, i]
         assert off[:, i] @ rest == pytest.approx(0.0, abs=1e-6 * np.sqrt(tests.energy[i]))
 
 
@@ -99,10 +101,10 @@ def test_an_effect_keeps_its_values_at_another_place_and_explains_no_less(far_fi
     model = far_fit.model
     library = model.system.library
     kind = next(k for k in library if k().key == "elastic_transmission.voltage")
-    belt = replace(next(candidates(kind)), dials=(0.9, 0.3, -0.2))
+    belt = replace(next(candidates(kind)), parameters=(0.9, 0.3, -0.2))
     others = list(at_other_places(belt, library, model))
     assert [c.name for c in others] == ["elastic_transmission.torque"]
-    assert others[0].dials == belt.dials
+    assert others[0].parameters == belt.parameters
     fit = fitted(
         far_fit, next(candidates(next(k for k in library if k.name == "direction_blind"))), belt
     )

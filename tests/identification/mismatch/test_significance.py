@@ -7,8 +7,8 @@ from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.interval import significance
-from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.identification.mismatch.simulation.model import simulate
 from slipbench.plant.effects.load_transfer import LoadTransfer
 from slipbench.plant.effects.rate_limit import RateLimit

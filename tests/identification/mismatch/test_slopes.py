@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from slipbench.identification.mismatch.fit.slopes import in_noise
 from slipbench.identification.mismatch.fit.whitening import whitener
-from slipbench.identification.mismatch.simulation.blocks import Block
+from slipbench.identification.mismatch.simulation.causal_partition import OutputGroup
 from slipbench.identification.mismatch.simulation.coordinates import LEAST, Coordinate
 
 ROWS, LAGS = 6000, 3
@@ -30,9 +30,11 @@ def least_squares(slopes, residuals):
     white = whitener([residuals], LAGS)
     value = 0.5 * (float(np.sum(white(residuals) ** 2)) + white.log_determinant(len(residuals)))
     columns = white(slopes).reshape(residuals.size, -1)
-    block = Block("motion", "motion", ("speed",), LAGS)
-    chain = SimpleNamespace(blocks=(block,))
-    fit = SimpleNamespace(model=SimpleNamespace(chain=chain), noise=[white], rest=[[residuals]])
+    block = OutputGroup("motion", "motion", ("speed",), LAGS)
+    partition = SimpleNamespace(groups=(block,))
+    fit = SimpleNamespace(
+        model=SimpleNamespace(partition=partition), noise=[white], residuals=[[residuals]]
+    )
     return value, columns, white(residuals).ravel(), fit
 
 
@@ -89,8 +91,8 @@ def test_what_noise_follows_is_never_more_than_the_whole(seed):
     slopes, residuals = seen(seed, 2)
     for memory in (1.0, 5.0, np.inf):
         _, columns, _, fit = least_squares(slopes, residuals)
-        block = Block("motion", "motion", ("speed",), LAGS, memory=memory)
-        fit.model.chain.blocks = (block,)
+        block = OutputGroup("motion", "motion", ("speed",), LAGS, memory=memory)
+        fit.model.partition.groups = (block,)
         inside = in_noise(fit, columns)
         left = np.linalg.eigvalsh(columns.T @ columns - inside.T @ inside)
         assert left.min() > 0.0

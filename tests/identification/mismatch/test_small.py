@@ -13,17 +13,17 @@ import pytest
 from slipbench.identification.experiments.hypothesis import stated
 from slipbench.identification.mismatch import explain
 from slipbench.identification.mismatch.analysis import Analysis, begin
-from slipbench.identification.mismatch.curves.inside import inside
-from slipbench.identification.mismatch.curves.sufficiency import Remainder
+from slipbench.identification.mismatch.curves.adequacy import Remainder
+from slipbench.identification.mismatch.curves.fit_in_model import inside
 from slipbench.identification.mismatch.explain import analyse, known_so_far
 from slipbench.identification.mismatch.naming.interval import IDEAL
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.improved import improved_system
-from slipbench.identification.mismatch.telling.memo import lines, sentence
-from slipbench.identification.mismatch.telling.memo_page import memo_page
-from slipbench.identification.mismatch.telling.open_questions import read_open_questions
-from slipbench.identification.mismatch.telling.output import write_outputs
-from slipbench.identification.mismatch.telling.verdict import as_json
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.improved import improved_system
+from slipbench.identification.mismatch.reporting.memo import lines, sentence
+from slipbench.identification.mismatch.reporting.memo_page import memo_page
+from slipbench.identification.mismatch.reporting.open_questions import read_open_questions
+from slipbench.identification.mismatch.reporting.output import write_outputs
+from slipbench.identification.mismatch.reporting.verdict import as_json
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
 from slipbench.plant.effects.free_curve import FreeCurve
@@ -65,7 +65,7 @@ def test_backlash_is_named_with_its_size_and_proven():
     assert headline.improved < 0.8 * headline.calibrated
     assert sentence(found).startswith("The driveline has backlash")
     schema = json.loads(
-        (files("slipbench.identification.mismatch.telling") / "verdict.schema.json").read_text()
+        (files("slipbench.identification.mismatch.reporting") / "verdict.schema.json").read_text()
     )
     jsonschema.validate(json.loads(as_json(found)), schema)
 
@@ -103,7 +103,7 @@ def test_a_free_curve_gains_most_of_what_the_physics_gains_and_goes_into_the_fil
     assert a.named is not None
     free = inside(a.base, a.before, a.held_out)
     assert free is not None
-    assert free.gain > 0.7 * a.named.gain
+    assert free.log_likelihood_gain > 0.7 * a.named.log_likelihood_gain
     assert free.confirmed > 0.0
     path = tmp_path / "improved.toml"
     path.write_text(improved_system(free.fit).text())
@@ -119,7 +119,7 @@ def test_a_curve_that_gains_nothing_inside_on_held_out_recordings_is_withdrawn(m
     free = inside(a.base, a.before, a.held_out)
     assert free is not None
     monkeypatch.setattr(explain, "inside", lambda *_: replace(free, confirmed=-3.0))
-    bare = replace(a.named, fit=a.base, rivals={})
+    bare = replace(a.named, fit=a.base, competing={})
     again = replace(a, named=bare, after=[], proof=[], errors=[], free=None, done=4)
     assert verdict(again).unknown
     found = verdict(analyse(again, KINDS))
@@ -134,12 +134,12 @@ def test_where_it_acts_is_told_by_what_explains_more(more, told):
     a = slack()
     free = inside(a.base, a.before, a.held_out)
     there = replace(free.curve, place="wheel torque", block="driveline")
-    other = replace(free, curve=there, gain=a.before[0].gain + more)
-    bare = replace(a.named, fit=a.base, rivals={})
+    other = replace(free, curve=there, log_likelihood_gain=a.before[0].log_likelihood_gain + more)
+    bare = replace(a.named, fit=a.base, competing={})
     found = verdict(replace(a, named=bare, after=[], free=other))
     assert found.unknown
     assert found.location.injection == (a.before[0].place if told == "located" else told)
-    assert found.location.gain == a.before[0].gain + more
+    assert found.location.gain == a.before[0].log_likelihood_gain + more
     page = memo_page(replace(a, named=bare, after=[], free=other), found)
     figures = [part.split("</svg>", 1)[0] for part in page.split("<svg")[1:]]
     assert any("wheel torque" in figure for figure in figures)

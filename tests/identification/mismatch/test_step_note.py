@@ -9,9 +9,9 @@ from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.whitening import Whitener
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.step_note import nats_of_half_a_step, step_note
 from slipbench.identification.mismatch.simulation.model import predict
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.step_note import nats_of_half_a_step, step_note
 from tests.identification.mismatch.laws.spring import MODEL, spring, swung
 
 

@@ -4,10 +4,10 @@ from threading import get_ident
 
 import pytest
 
+from slipbench.identification.mismatch.reporting.verdict import as_tree
 from slipbench.identification.mismatch.simulation import threads
 from slipbench.identification.mismatch.simulation.once import once
 from slipbench.identification.mismatch.simulation.threads import in_threads, one_thread
-from slipbench.identification.mismatch.telling.verdict import as_tree
 from tests.identification.mismatch.laws.explained import explained
 from tests.identification.mismatch.laws.spring import cubic, spring, swung
 

@@ -14,6 +14,7 @@ from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming import fits
+from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.fits import (
     fitted,
     near_ones_refined,
@@ -22,7 +23,6 @@ from slipbench.identification.mismatch.naming.fits import (
 )
 from slipbench.identification.mismatch.naming.score import Screening, screen
 from slipbench.identification.mismatch.naming.traces import OF_EACH, Traces
-from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.effects.air_box_delay import AirBoxDelay
 from tests.identification.mismatch.spring import recorded, system
@@ -55,7 +55,9 @@ def test_the_most_promising_beside_another_fit_is_that_of_a_whole_survey(bare, f
         whole = screen(Linearization.of(fit), library)
         quick = screen(Linearization.of(fit), library, first)
         assert quick.scores[0].candidate.name == whole.scores[0].candidate.name
-        assert quick.scores[0].gain == pytest.approx(whole.scores[0].gain, rel=1e-9)
+        assert quick.scores[0].log_likelihood_gain == pytest.approx(
+            whole.scores[0].log_likelihood_gain, rel=1e-9
+        )
         assert quick.tests >= first.tests
 
 
@@ -74,17 +76,21 @@ def test_what_left_no_trace_is_screened_anew(bare, first) -> None:
     blank = Screening(first.scores, first.tests)
     again = screen(Linearization.of(bare), library, blank)
     assert [s.candidate.name for s in again.scores] == [s.candidate.name for s in first.scores]
-    assert [s.gain for s in again.scores] == [s.gain for s in first.scores]
+    assert [s.log_likelihood_gain for s in again.scores] == [
+        s.log_likelihood_gain for s in first.scores
+    ]
 
 
 def test_signatures_are_whitened_changes(bare) -> None:
     linear = Linearization.of(bare)
     tried = some(bare.model.system.library, 6)
     changes = linear.changes(tried)
-    assert np.array_equal(linear.signatures(tried), linear.whitened(changes))
+    assert np.array_equal(linear.effect_responses(tried), linear.whitened(changes))
     single = [[[np.float32(one) for one in block] for block in change] for change in changes]
-    largest = np.max(np.abs(linear.signatures(tried)))
-    assert linear.whitened(single) == pytest.approx(linear.signatures(tried), abs=1e-4 * largest)
+    largest = np.max(np.abs(linear.effect_responses(tried)))
+    assert linear.whitened(single) == pytest.approx(
+        linear.effect_responses(tried), abs=1e-4 * largest
+    )
 
 
 @given(
@@ -95,7 +101,7 @@ def test_the_best_tries_of_each_effect_are_kept_as_far_as_there_is_room(credits,
     traces = Traces(room)
     given_credits = {}
     for number, credit in enumerate(credits):
-        one = replace(PLAIN, dials=(1.0 + number, *PLAIN.dials[1:]))
+        one = replace(PLAIN, parameters=(1.0 + number, *PLAIN.parameters[1:]))
         given_credits[one] = credit
         traces.add(one, credit, [[np.full((1, 1), float(number))]])
     kept = [given_credits[c] for c, _ in traces.tries()]
@@ -105,7 +111,7 @@ def test_the_best_tries_of_each_effect_are_kept_as_far_as_there_is_room(credits,
         assert sorted(kept) == sorted(sorted(credits)[-OF_EACH:])
     assert traces.names() == ({PLAIN.name} if kept else set())
     for c, change in traces.tries():
-        assert change[0][0].item() == c.dials[0] - 1.0
+        assert change[0][0].item() == c.parameters[0] - 1.0
 
 
 def test_the_best_of_fits_that_are_refined_is_that_of_whole_fits(bare, first) -> None:
@@ -126,7 +132,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Found:
-    elsewhere: Place | None = None
+    placebo: Place | None = None
 
 
 BEFORE, ANEW = object(), object()

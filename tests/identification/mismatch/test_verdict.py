@@ -11,14 +11,14 @@ import pytest
 from slipbench.identification.mismatch.fit.floor import LackOfFit
 from slipbench.identification.mismatch.fit.held_out import Error, veto
 from slipbench.identification.mismatch.naming.interval import Estimate
-from slipbench.identification.mismatch.telling.improvement import (
+from slipbench.identification.mismatch.reporting.improvement import (
     Change,
     Improvement,
     OutputImprovement,
 )
-from slipbench.identification.mismatch.telling.memo import left_out, lines, sentence, with_spread
-from slipbench.identification.mismatch.telling.output import prepare_places, with_training
-from slipbench.identification.mismatch.telling.verdict import (
+from slipbench.identification.mismatch.reporting.memo import left_out, lines, sentence, with_spread
+from slipbench.identification.mismatch.reporting.output import prepare_places, with_training
+from slipbench.identification.mismatch.reporting.verdict import (
     INTERVALS,
     FoundCurve,
     FoundEffect,
@@ -29,7 +29,7 @@ from slipbench.identification.mismatch.telling.verdict import (
 from slipbench.protocol.errors import InputError
 
 SCHEMA = json.loads(
-    (files("slipbench.identification.mismatch.telling") / "verdict.schema.json").read_text()
+    (files("slipbench.identification.mismatch.reporting") / "verdict.schema.json").read_text()
 )
 WHERE = Location(
     "driveline",

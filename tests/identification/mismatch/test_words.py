@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.words import shape_in_words
-from slipbench.identification.mismatch.simulation.along import HYSTERESIS, KINDS, PAST
+from slipbench.identification.mismatch.simulation.regressor import HYSTERESIS, KINDS, PAST
 
 Z = np.linspace(-1.0, 1.0, 9)
 SHAPES = {

@@ -10,16 +10,16 @@ from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.fit.held_out import Error
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
 from slipbench.identification.mismatch.naming.interval import Estimate
-from slipbench.identification.mismatch.runs import read_system
-from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
-from slipbench.identification.mismatch.telling.conclude import in_written_units
-from slipbench.identification.mismatch.telling.improvement import (
+from slipbench.identification.mismatch.reporting.conclude import in_written_units
+from slipbench.identification.mismatch.reporting.improvement import (
     Change,
     Improvement,
     OutputImprovement,
 )
-from slipbench.identification.mismatch.telling.memo import lines, sentence
-from slipbench.identification.mismatch.telling.verdict import FoundEffect, Verdict, as_tree
+from slipbench.identification.mismatch.reporting.memo import lines, sentence
+from slipbench.identification.mismatch.reporting.verdict import FoundEffect, Verdict, as_tree
+from slipbench.identification.mismatch.runs import read_system
+from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.vehicle_file import load_vehicle
 from slipbench.plant.vehicles import builtin_vehicle
@@ -94,7 +94,9 @@ def test_the_improved_model_file_differs_in_its_numbers_alone(pendulum, tmp_path
     known = {**pendulum.plus_minus, "parameters.gain": 3.0, "effects.cubic.deflection.cube": 0.02}
     values = pendulum.values.copy()
     values[0] = 97.0
-    better = replace(pendulum, values=values, acting=(cubic(pendulum, cube=0.3),)).believed(known)
+    better = replace(pendulum, values=values, acting=(cubic(pendulum, cube=0.3),)).as_improved(
+        known
+    )
     old, new = DEGREES.replace("10 ms", "13 ms").splitlines(), better.text().splitlines()
     assert [line for line in old if line not in new] == [
         'name = "Mass on a spring"',
@@ -110,7 +112,7 @@ def test_the_improved_model_file_differs_in_its_numbers_alone(pendulum, tmp_path
     assert again.effects[0].cube == pytest.approx(0.3)
     (cube,) = (e.values["cube"] for e in again.file.effects)
     assert cube.si_plus_minus == pytest.approx(0.02, rel=1e-3)
-    assert again.believed(again.plus_minus).text().count("[[effects]]") == 1
+    assert again.as_improved(again.plus_minus).text().count("[[effects]]") == 1
 
 
 def test_the_improved_vehicle_file_keeps_comments_order_and_units(tmp_path):
@@ -128,7 +130,9 @@ def test_the_improved_vehicle_file_keeps_comments_order_and_units(tmp_path):
         effects=(*bike.effects, Backlash(slack=8e-3)),
     )
     known = {**system.plus_minus, "effects.backlash.slack": 4e-4}
-    improved = replace(system, vehicle=replace(system.vehicle, motorcycle=better)).believed(known)
+    improved = replace(system, vehicle=replace(system.vehicle, motorcycle=better)).as_improved(
+        known
+    )
     old, new = text.splitlines(), improved.text().splitlines()
     assert len([line for line in old if line not in new]) == 3  # the name and two numbers
     assert "[intake] # with airbox" in new

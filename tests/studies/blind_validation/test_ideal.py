@@ -64,8 +64,8 @@ def test_the_difference_is_what_the_recordings_differ_by(
     model = model_of(case, tmp_path / "case")
     difference = Observer(case, case.training).difference(model, ())
     explained = unexplained = 0.0
-    for b, block in enumerate(model.chain.blocks):
-        if hidden == (STICTION,) and block.drive != "servo":
+    for b, block in enumerate(model.partition.groups):
+        if hidden == (STICTION,) and block.subsystem != "servo":
             assert not any(np.any(d) for d in difference[b])
             continue
         for r in range(len(model.records)):

@@ -31,13 +31,13 @@ def co_simulated(
     parts = max(1, math.ceil(step / instance.plan.step - 1e-9))
     _check_step(instance, step / parts)
     held = np.array(instance.plan.held, bool)
-    drives = driving(inputs, held, parts)
+    subsystems = driving(inputs, held, parts)
     found = np.empty((times.size, instance.outputs.count))
     instance.begin(parameters, inputs[0], float(times[-1]) + step)
     found[0] = instance.get(instance.outputs)
     for row in range(times.size - 1):
         for part in range(parts):
-            instance.set(instance.inputs, drives[row * parts + part])
+            instance.set(instance.inputs, subsystems[row * parts + part])
             instance.step(step * (row + part / parts), step / parts)
         if not held.all():
             instance.set(instance.inputs, np.where(held, inputs[row], inputs[row + 1]))

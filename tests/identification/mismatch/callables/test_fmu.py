@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from slipbench.command import app
 from slipbench.identification.mismatch.callables.fmu.unpacked import unpacked
 from slipbench.identification.mismatch.runs import read_system
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.callables.fmus.building import (
     BESIDE,
@@ -32,7 +32,7 @@ along = "velocity"
 size = { value = 10, unit = "m/s" }
 first = { value = 0, unit = "m/s" }
 """
-CHAIN = Chain({"system": ()}, ())
+CHAIN = CausalPartition({"system": ()}, ())
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,12 @@ from scipy import signal
 from slipbench import InputError, Parameter, recording_of
 from slipbench.identification.mismatch.callables.description import Ports
 from slipbench.identification.mismatch.callables.function_system import function_system
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 
 PERIOD, FINER = 0.01, 20
 INERTIA, LOSS, FRICTION, STRIBECK = 0.5, 0.4, 0.3, 0.4
 PORTS = Ports(("torque",), ("speed",), speeds={"torque": "speed"})
-CHAIN = Chain({"system": ()}, ())
+CHAIN = CausalPartition({"system": ()}, ())
 
 
 def motor(parameters, inputs, times):

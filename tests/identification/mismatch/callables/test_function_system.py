@@ -7,14 +7,14 @@ import pytest
 
 import slipbench
 from slipbench.identification.mismatch.callables.description import Ports
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME
 from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT
 from tests.identification.mismatch.callables import springs
 from tests.identification.mismatch.laws.explained import explained, holds, names, reported
 from tests.identification.mismatch.laws.spring import MODEL, noise_of_the_force, spring, swung
 
-CHAIN = Chain({"system": ()}, ())
+CHAIN = CausalPartition({"system": ()}, ())
 RELEASED = {
     "start": slipbench.Parameter(0.4, 0.2, unit="m"),
     "frequency": slipbench.Parameter(9.5, 1.0, unit="rad/s"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch.runs import read_system
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.callables.fmus.building import (
     BESIDE,
@@ -17,7 +17,7 @@ from tests.identification.mismatch.callables.fmus.building import (
 from tests.identification.mismatch.laws.spring import MODEL, spring, swung
 
 pytestmark = needs_compiler
-CHAIN = Chain({"system": ()}, ())
+CHAIN = CausalPartition({"system": ()}, ())
 STATES = """
 [states.x]
 variable = "position"

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.verdict import FoundEffect, Verdict
 from slipbench.identification.mismatch.simulation.system import System
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.verdict import FoundEffect, Verdict
 from slipbench.protocol.recording.recording import Recording
 
 

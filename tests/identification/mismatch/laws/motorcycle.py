@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.identification.mismatch.reporting.verdict import Verdict
 from slipbench.plant.effects.effect import Effect
 from slipbench.protocol.recording.recording import Recording
 from tests.identification.mismatch.conditions import erring, system

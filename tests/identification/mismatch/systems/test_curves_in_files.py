@@ -7,23 +7,23 @@ import pytest
 
 from slipbench.identification.mismatch.analysis import accepted, begin
 from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.improved import improved_system
 from slipbench.identification.mismatch.runs import read_system
-from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.systems.system import ModelSystem
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.improved import improved_system
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.laws.explained import names, reported
 from tests.identification.mismatch.laws.spring import MODEL, NOISE, swung
 
-CHAIN = Chain({"system": ()}, ())
+CHAIN = CausalPartition({"system": ()}, ())
 CLOCK = """
 [states.clock]
 rate = "1"
 size = { value = 5, unit = "s" }
 """
-PUSH = "gain * force - frequency ** 2 * deflection - 2 * damping * frequency * velocity"
+DISTURBANCE = "gain * force - frequency ** 2 * deflection - 2 * damping * frequency * velocity"
 
 
 def curve(at: str, along: str, values: str, unit: str, along_unit: str, more: str = "") -> str:
@@ -62,12 +62,16 @@ SHOWN = 'role = "place"\nvalue = "position"'
 SAME = {
     "seam along a state": (("deflection", "position", "m", "m"), SEAM, "position"),
     "seam along itself": (("deflection", "deflection", "m", "m"), SEAM, "position"),
-    "rate along a speed": (("velocity_rate", "velocity", "m/s^2", "m/s"), PUSH, "velocity"),
-    "rate along a rate": (("velocity_rate", "position_rate", "m/s^2", "m/s"), PUSH, "velocity"),
-    "rate along a seam": (("velocity_rate", "deflection", "m/s^2", "m"), PUSH, "deflection"),
-    "rate along an input": (("velocity_rate", "force", "m/s^2", "V"), PUSH, "force"),
+    "rate along a speed": (("velocity_rate", "velocity", "m/s^2", "m/s"), DISTURBANCE, "velocity"),
+    "rate along a rate": (
+        ("velocity_rate", "position_rate", "m/s^2", "m/s"),
+        DISTURBANCE,
+        "velocity",
+    ),
+    "rate along a seam": (("velocity_rate", "deflection", "m/s^2", "m"), DISTURBANCE, "deflection"),
+    "rate along an input": (("velocity_rate", "force", "m/s^2", "V"), DISTURBANCE, "force"),
     "output along a state": (("place", "velocity", "m", "m/s"), SHOWN, "velocity"),
-    "output along a rate": (("place", "velocity_rate", "m", "m/s^2"), SHOWN, f"({PUSH})"),
+    "output along a rate": (("place", "velocity_rate", "m", "m/s^2"), SHOWN, f"({DISTURBANCE})"),
 }
 """A curve, the equation at its place, and the quantity of which it adds a tenth of the magnitude."""
 

@@ -13,9 +13,9 @@ from scipy import linalg
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.identification.mismatch.systems.model_file import DrivenInput, ModelFile
 from slipbench.identification.mismatch.systems.record import _held, prepare
-from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.plant.signals import Floats
 from slipbench.protocol.recording.channel import Channel
 from slipbench.protocol.recording.recording import Recording

@@ -252,7 +252,7 @@ def test_an_improved_file_has_its_numbers_in_the_lists(tmp_path: Path) -> None:
     assert system.text() == CALIBRATED
     known = system.coordinates([], None)
     x = np.linspace(-0.5, 0.5, len(known))
-    other = system.at(known, x, ()).believed({k: 0.9 * v for k, v in system.plus_minus.items()})
+    other = system.at(known, x, ()).as_improved({k: 0.9 * v for k, v in system.plus_minus.items()})
     text = other.text()
     assert "# measured\nstiffness = { value = [\n  [" in text
     assert "], # near\n" in text

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipbench.identification.mismatch.telling.memo import sentence
+from slipbench.identification.mismatch.reporting.memo import sentence
 from tests.identification.mismatch.laws.explained import explained, large_errors, reported
 from tests.identification.mismatch.laws.spring import Spring, noise_of_the_force, spring, swung
 

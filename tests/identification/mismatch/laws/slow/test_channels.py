@@ -2,7 +2,7 @@
 
 import pytest
 
-from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.identification.mismatch.reporting.verdict import Verdict
 from tests.identification.mismatch.laws.explained import effect, holds, names, reported
 from tests.identification.mismatch.laws.motorcycle import (
     held,

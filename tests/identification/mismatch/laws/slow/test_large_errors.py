@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.identification.mismatch.reporting.verdict import Verdict
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.radius_growth import RadiusGrowth
 from slipbench.plant.effects.throttle_stiction import ThrottleStiction

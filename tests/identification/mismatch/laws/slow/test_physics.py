@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slipbench.identification.mismatch.reporting.verdict import Verdict
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME
 from slipbench.identification.mismatch.systems.system import ModelSystem
-from slipbench.identification.mismatch.telling.verdict import Verdict
 from slipbench.protocol.recording.recording import Recording
 from tests.identification.mismatch.laws.explained import explained, holds, names, reported
 from tests.identification.mismatch.laws.servo import FINER, MODEL, PERIOD, nothing, servo, turned

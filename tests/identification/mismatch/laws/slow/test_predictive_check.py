@@ -6,8 +6,8 @@ from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.predictive_check.check import check
 from slipbench.identification.mismatch.predictive_check.order import Order
-from slipbench.identification.mismatch.telling.check_result import Rate
-from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.identification.mismatch.reporting.check_result import Rate
+from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.plant.effects.library import LIBRARY
 from tests.identification.mismatch.conditions import erring, system
 from tests.identification.mismatch.laws.motorcycle import LEARN, PROVE

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.identification.mismatch.reporting.verdict import Verdict
 from slipbench.plant.effects.compression_torque import CompressionTorque
 from slipbench.plant.effects.eccentricity import Eccentricity
 from slipbench.plant.effects.torque_dip import TorqueDip

@@ -2,9 +2,9 @@
 
 from slipbench.identification.mismatch.analysis import accepted, begin
 from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.reporting.conclude import verdict
+from slipbench.identification.mismatch.reporting.improved import improved_system
 from slipbench.identification.mismatch.systems.system import ModelSystem
-from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.improved import improved_system
 from slipbench.protocol.recording.recording import Recording
 from tests.identification.mismatch.laws.drum import NOISE, drum, pulses, text_of, turned
 from tests.identification.mismatch.laws.explained import reported

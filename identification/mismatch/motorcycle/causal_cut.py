@@ -1,0 +1,80 @@
+"""The chain of cause is cut at every recorded signal; what the channels show decides the blocks."""
+
+from collections.abc import Sequence
+
+from slipbench.identification.mismatch.simulation.causal_partition import (
+    CausalPartition,
+    OutputGroup,
+)
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.equations import EQUATIONS
+from slipbench.plant.sensing import is_sensor_effect
+from slipbench.plant.signals import Inputs
+
+LEADS = (
+    ("throttle_position", "measured_throttle"),
+    ("engine_speed", "measured_engine_speed"),
+    ("rear", "measured_rear_speed"),
+)
+"""What may lead the motion, first cause first: recorded quantity, input of the simulation."""
+SPEEDS = (
+    "engine_speed",
+    "rear_teeth",
+    "rear_wheel_speed",
+    "front_teeth",
+    "front_wheel_speed",
+    "optical_speed",
+    "gnss_speed",
+    "vehicle_speed",
+)
+SERVO_SEAMS = tuple(e.__name__ for e in EQUATIONS)[
+    : [e.__name__ for e in EQUATIONS].index("air_delay")
+]
+WHEEL_SIDE = {"measured_engine_speed": "engine_speed", "measured_rear_speed": "rear"}
+
+
+def partition(records: Sequence[Record], order: int = 12) -> CausalPartition:
+    """Find the blocks that all these records carry."""
+    has = set.intersection(*(set(r.sensors) for r in records))
+    measured = set.intersection(*(set(r.measured) for r in records))
+    command = all(Inputs(r.inputs).throttle_command.any() for r in records)
+    subsystems: dict[str, tuple[tuple[str, str], ...]] = {}
+    blocks: list[OutputGroup] = []
+    servo = "throttle_position" in has and command
+    if servo:
+        subsystems["servo"] = ()
+        blocks.append(OutputGroup("throttle servo", "servo", ("throttle_position",), order, False))
+    lead = next(((s, i) for s, i in LEADS if s in measured), None)
+    subsystems["motion"] = (lead,) if lead else ()
+    led = {"engine_speed": ("engine_speed",), "rear": ("rear_teeth", "rear_wheel_speed")}
+    own = led.get(lead[0], ()) if lead else ()
+    judged = tuple(o for o in SPEEDS if o in has and o not in own)
+    if judged:
+        blocks.append(OutputGroup("motion", "motion", judged, order))
+    for wheel in ("rear", "front"):
+        if f"{wheel}_tooth_pattern" in has:
+            pattern = (f"{wheel}_tooth_pattern",)
+            blocks.append(OutputGroup(f"{wheel} encoder", "motion", pattern, 0))
+    return CausalPartition(subsystems, tuple(blocks))
+
+
+def changes_simulation(effect: Effect, cut: CausalPartition, subsystem: str) -> bool:
+    """Tell whether a drive is led by what an effect falsifies, where the truth is simulated."""
+    if not is_sensor_effect(effect):
+        return False
+    servo = any(effect.channel in b.outputs for b in cut.groups if b.subsystem == "servo")
+    return servo and any(source == effect.channel for source, _ in cut.subsystems[subsystem])
+
+
+def concerns(effect: Effect, cut: CausalPartition, subsystem: str) -> bool:
+    """Tell whether an effect can change what the outputs of a drive show."""
+    leads = changes_simulation(effect, cut, subsystem)
+    if is_sensor_effect(effect):
+        return leads or any(
+            effect.channel in b.outputs for b in cut.groups if b.subsystem == subsystem
+        )
+    servo = [hook.seam in SERVO_SEAMS for hook in effect.hooks]
+    if subsystem == "servo":
+        return any(servo)
+    return not all(servo) or not servo or "servo" not in cut.subsystems

@@ -1,0 +1,74 @@
+"""Effects in the place of numbers that calibration moved far from the file.
+
+The library is screened with those numbers fixed where the file has them. What takes the place of
+their ways must bring a good part of what they brought; then everything is fitted again.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
+from slipbench.identification.mismatch.fit.following import relinearized
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.naming.score import Score, Screening, screen
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import PlantError
+
+REPLACED = 0.2
+"""Share of what numbers far from the file brought, that an effect in their place must bring."""
+
+
+@dataclass(frozen=True, eq=False)
+class Replacement:
+    """A fit, the same with its far numbers fixed, and what a screening promises there.
+
+    fits: fits so far, by the name of the effect; None where it does not take their place.
+    """
+
+    fit: Fit
+    fixed: Fit
+    scores: Sequence[Score]
+    fits: dict[str, Fit | None] = field(default_factory=dict)
+
+    @property
+    def least(self) -> float:
+        """Nats that an effect must bring beside the fixed numbers."""
+        return REPLACED * (self.fit.score - self.fixed.score)
+
+    def fitted(self, score: Score) -> Fit | None:
+        """Return the fit of everything with an effect in their place; None where it is not."""
+        name = score.candidate.name
+        if name not in self.fits:
+            try:
+                self.fits[name] = self._fitted(score)
+            except PlantError:
+                self.fits[name] = None
+        return self.fits[name]
+
+    def _fitted(self, score: Score) -> Fit | None:
+        """Fit beside the fixed numbers only until it is known to take their place."""
+        effects = (*self.fixed.candidates, score.as_large_as_scored())
+        beside = optimize(with_effects(self.fixed, effects))
+        for _ in range(2):
+            if beside.score > self.fixed.score + self.least:
+                return freed(beside, self.fit.model)
+            beside = optimize(relinearized(beside))
+        return None
+
+
+@lru_cache(maxsize=1)
+def replacement(
+    fit: Fit, library: tuple[type[Effect], ...], before: Screening | None = None
+) -> Replacement | None:
+    """Screen a library with the far numbers of a fit fixed; None where that cannot run.
+
+    before: a screening of another fit of the same recordings.
+    """
+    try:
+        fixed = far_numbers_fixed(fit)
+    except PlantError:
+        return None
+    return Replacement(fit, fixed, screen(Linearization.of(fixed), library, before).scores)

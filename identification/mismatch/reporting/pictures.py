@@ -1,0 +1,79 @@
+"""The figure of the free curves: as localized, and as fitted inside the simulation."""
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.reporting.conclude import in_written_units
+from slipbench.identification.mismatch.simulation.regressor import (
+    HYSTERESIS,
+    PAST,
+    ROUNDS,
+    SCALE,
+    TURN,
+    after_a_turn,
+    quantity_of,
+    step_response,
+)
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.report import drawing as d
+from slipbench.plant.signals import Floats
+
+SOON = 0.01
+"""Seconds after a step up to which time is drawn evenly."""
+
+
+def curve_svg(located: Curve, inside: Curve | None, system: System) -> str:
+    """Draw estimated curves along their quantities, in the units of the system's file.
+
+    inside: what stands in the simulation: in the same panel where it is of one place and quantity.
+    """
+    both = [(located, d.BLUE, "localized")]
+    both += [(inside, d.GREEN, "in the simulation")] if inside else []
+    apart = inside is not None and not _of_one_kind(located, inside)
+    with d.style():
+        figure, panels = d.side_by_side(2, 3.0) if apart else d.panels(1, 2.8)
+        for si, colour, label in both:
+            axes = panels[-1] if si is inside else panels[0]
+            curve, unit = in_written_units(si, system)
+            axes.axhline(0.0, color=d.MUTED, lw=0.8)
+            axes.plot(*_points(curve), color=colour, marker="o", ms=4, label=label)
+            d.legend(axes, 2)
+            _label(axes, curve, unit)
+        return d.svg(figure, "located")
+
+
+def _of_one_kind(one: Curve, other: Curve) -> bool:
+    return (one.place, one.regressor) == (other.place, other.regressor)
+
+
+def _label(axes: Axes, curve: Curve, unit: str) -> None:
+    quantity = quantity_of(curve.regressor)
+    if curve.kind == PAST:
+        axes.set_xscale("symlog", linthresh=SOON)
+        axes.set(
+            xlabel=f"time after a step of {quantity} / s",
+            ylabel=f"{curve.place} / ({curve.unit} per {unit})",
+        )
+    elif curve.kind == HYSTERESIS:
+        axes.set(
+            xlabel=f"travel of {quantity} after a reversal / {unit}",
+            ylabel=f"{curve.place} / {curve.unit}",
+        )
+    elif curve.kind == SCALE:
+        axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place}, relative {curve.regressor}")
+    else:
+        axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
+
+
+def _points(curve: Curve) -> tuple[Floats, Floats]:
+    """The curve at its knots, or round a turn; of the past, its answer to a step."""
+    if curve.kind == HYSTERESIS:
+        way = np.linspace(0.0, 2.0 * float(curve.knots.max()), 81)
+        return way, after_a_turn(curve.knots, curve.values, way)
+    if curve.kind == TURN and curve.knots.size in ROUNDS:
+        turn = np.linspace(0.0, 2.0 * np.pi, 181)
+        return turn, curve(turn)
+    if curve.kind != PAST:
+        return curve.knots, curve.values
+    return curve.knots, step_response(curve.knots, curve.values, curve.knots)

@@ -1,0 +1,48 @@
+"""Curves around a turn are what comes back at every turn, and nothing else."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slipbench.identification.mismatch.simulation.regressor import (
+    ANGLE,
+    KNOTS,
+    columns,
+    course,
+    knots_for,
+)
+
+TURNS = np.linspace(0.0, 8 * np.pi, 1601)
+KNOTS_ROUND = knots_for(ANGLE, TURNS)
+VALUES = st.lists(st.floats(-100.0, 100.0), min_size=KNOTS, max_size=KNOTS).map(np.array)
+
+
+def round_with(values, z):
+    return course(ANGLE, z, KNOTS_ROUND, values, 1e-3)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+@given(phase=st.floats(0.0, 6.3))
+def test_the_first_orders_are_told_exactly_wherever_they_stand(order, phase):
+    wave = np.cos(order * TURNS + phase)
+    told = round_with(np.cos(order * KNOTS_ROUND + phase), TURNS)
+    assert told == pytest.approx(wave, abs=1e-9)
+
+
+@given(VALUES, st.floats(-1e3, 1e3))
+def test_what_is_there_all_round_is_none_of_the_angles(values, level):
+    assert round_with(values + level, TURNS) == pytest.approx(round_with(values, TURNS), abs=1e-6)
+    assert np.mean(round_with(values, TURNS[:-1])) == pytest.approx(0.0, abs=1e-8)
+
+
+@given(VALUES)
+def test_a_turn_ends_where_it_began_and_the_parts_add_up(values):
+    whole = round_with(values, TURNS)
+    assert whole[:400] == pytest.approx(whole[400:800], abs=1e-8)
+    parts = columns(ANGLE, TURNS, KNOTS_ROUND, 1e-3)
+    assert sum(v * part for v, part in zip(values, parts, strict=True)) == pytest.approx(whole)
+
+
+def test_less_than_a_turn_is_of_no_use():
+    assert knots_for(ANGLE, np.linspace(1.0, 7.0, 100)).size == 0

@@ -1,0 +1,74 @@
+"""When a name is certain: by its training recordings alone, or by held-out ones with them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy import stats
+
+from slipbench.identification.mismatch.naming import significance as rule
+from slipbench.identification.mismatch.naming.significance import (
+    CHOICES,
+    DOUBTED,
+    SignificanceRule,
+    joined,
+)
+
+LIMIT = 1e-5
+P = st.floats(1e-200, 1.0)
+
+
+@given(one=P, other=P)
+def test_two_that_are_joined_tell_what_fishers_method_says_in_either_order(one, other):
+    assume(other < 1.0 and one < 1.0)
+    expected = stats.chi2.sf(-2.0 * (np.log(one) + np.log(other)), 4)
+    assert joined(one, other) == pytest.approx(expected, rel=1e-6)
+    assert joined(one, other) == pytest.approx(joined(other, one), rel=1e-12)
+
+
+@given(one=P)
+def test_recordings_that_tell_nothing_change_nothing(one):
+    assert joined(one, 1.0) == one
+
+
+def test_what_is_joined_of_chance_is_as_rare_as_it_says():
+    rng = np.random.default_rng(11)
+    print("seed 11")
+    drawn = [joined(*p) for p in rng.uniform(size=(20_000, 2))]
+    assert stats.kstest(drawn, "uniform").pvalue > 1e-3
+
+
+@pytest.fixture
+def told(monkeypatch):
+    """Let training and held-out recordings tell what a test wants."""
+
+    def tell(training: float, held_out: float) -> float:
+        monkeypatch.setattr(rule, "significance", lambda *_: training)
+        monkeypatch.setattr(rule, "predicted_held_out", lambda *_: held_out)
+        return SignificanceRule(LIMIT, SimpleNamespace()).p(None, 0)
+
+    return tell
+
+
+@given(training=P, held_out=P)
+def test_held_out_recordings_never_make_doubted_ones_certain(training, held_out):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rule, "significance", lambda *_: training)
+        patch.setattr(rule, "predicted_held_out", lambda *_: held_out)
+        p = SignificanceRule(LIMIT, SimpleNamespace()).p(None, 0)
+    assert p <= min(1.0, CHOICES * training)
+    if training > DOUBTED or (training >= 0.5 * LIMIT and held_out == 1.0):
+        assert p == min(1.0, CHOICES * training)
+
+
+def test_a_choice_of_two_ways_costs_a_factor_of_two(told):
+    assert told(1e-9, 1.0) == pytest.approx(CHOICES * 1e-9)
+    assert told(1e-3, 1e-9) == pytest.approx(CHOICES * joined(1e-3, 1e-9))
+    assert told(1e-3, 0.5) == pytest.approx(CHOICES * 1e-3)
+
+
+def test_without_held_out_recordings_those_of_training_tell_alone(monkeypatch):
+    monkeypatch.setattr(rule, "significance", lambda *_: 1e-3)
+    assert SignificanceRule(LIMIT).p(None, 0) == 1e-3
