@@ -1,1 +1,1 @@
-"""Where simulation and recording differ: located, named, modelled and proved on held-out data."""
+"""Localize, identify and model mismatch of simulation and recordings; validate it held out."""

@@ -1,4 +1,4 @@
-"""What an analysis knows so far, and what follows from it: which fit stands, what is open."""
+"""Results of an analysis: the accepted fit, the unexplained residual, equivalent effects."""
 
 import traceback
 from collections.abc import Sequence
@@ -21,13 +21,16 @@ from slipbench.identification.mismatch.simulation.system import System
 
 @dataclass(eq=False)
 class Analysis:
-    """Everything that is known so far; filled step by step, so that a stop loses nothing.
+    """Results of an analysis, filled step by step, so that an interruption loses no result.
 
-    failure: step and error that ended it early; empty where none did.
-    vetoes: what held-out recordings contradict.
-    runs: paths of its recordings, training and held out, with their segments.
-    kept: whether names stand though a free curve finds more beside them, since none does as well
-    in their place.
+    before, after: free curves in the residual of the calibrated system, and of the named effects.
+    when: operating region of the located curve. proof: held-out runs of the nominal, the
+    calibrated and the improved system.
+    failure: step and error that stopped the analysis; empty if none.
+    vetoes: effects and free curves that the held-out recordings contradict.
+    runs: paths of the training and held-out recordings, with their segments.
+    kept: whether the named effects stand although a free curve is significant in their residual,
+    since no free curve in their place predicts better.
     """
 
     system: System
@@ -53,20 +56,20 @@ class Analysis:
 
 
 def begin(system: System, training: Sequence[Record], held_out: Sequence[Record]) -> Analysis:
-    """Put the recordings beside the system."""
-    learnt, proof = models(system, training, held_out)
-    return Analysis(system, learnt, proof if held_out else None)
+    """Begin an analysis: models of the system on the training and held-out recordings."""
+    training_model, held_out_model = models(system, training, held_out)
+    return Analysis(system, training_model, held_out_model if held_out else None)
 
 
 def described(step: str, fault: Exception) -> str:
-    """Failure of a step in one line: step, error, and the line of code where it arose."""
+    """Describe the failure of a step in one line: step, error, and the line of code."""
     frames = traceback.extract_tb(fault.__traceback__)
     where = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
     return f"{step}: {type(fault).__name__}: {' '.join(str(fault).split())}{where}"
 
 
 def accepted(a: Analysis) -> Fit:
-    """Return the fit that stands: with names, with the free curve in their place, or bare."""
+    """Return the accepted fit: with named effects, with the free curve instead, or calibrated."""
     assert a.base is not None
     assert a.named is not None
     if not unexplained(a):
@@ -75,18 +78,18 @@ def accepted(a: Analysis) -> Fit:
 
 
 def unexplained(a: Analysis) -> bool:
-    """Whether a free curve still finds what the accepted effects (or none) do not explain."""
+    """Return whether a significant residual remains beside the accepted effects (if any)."""
     assert a.named is not None
     if not a.named.names:
-        return _certain(a.before)
+        return _any_significant(a.before)
     return not a.kept and a.remains is not None and not a.remains.small
 
 
 def where_found(a: Analysis) -> Curve | None:
-    """Return the free curve that tells where it acts without the library; None: none is certain.
+    """Return the free curve that localizes the mismatch; None: no curve is significant.
 
-    That is the located one, unless one at another place stands in the simulation and explains more
-    there: a located curve has the calibrated numbers beside it and meets what is left of them.
+    This is the located curve, unless the curve in the simulation acts at another place and gains
+    at least ALIKE nats more: the located curve is fitted to the residual of fixed parameters.
     """
     located = a.before[0] if a.before and a.before[0].certain else None
     if located is None or a.free is None or a.free.curve.place == located.place:
@@ -101,21 +104,21 @@ def where_found(a: Analysis) -> Curve | None:
     )
 
 
-def _certain(curves: Sequence[Curve]) -> bool:
+def _any_significant(curves: Sequence[Curve]) -> bool:
     return any(c.certain for c in curves)
 
 
 def equivalents(named: Named) -> list[tuple[str, ...]]:
-    """Classes of names that these recordings do not tell apart, the accepted one first."""
+    """Return classes of names that are indistinguishable, the accepted name first."""
     return [
-        (found, *others)
-        for found, behind in named.competing.items()
-        if (others := [other for other, nats in behind.items() if nats < ALIKE])
+        (name, *others)
+        for name, nats_behind in named.competing.items()
+        if (others := [other for other, nats in nats_behind.items() if nats < ALIKE])
     ]
 
 
 def not_excited(named: Named) -> list[str]:
-    """Effects that these recordings would not have shown at their typical size."""
+    """Return effects that are not detectable in these recordings at their typical size."""
     known = set(named.names)
     return [
         s.candidate.name

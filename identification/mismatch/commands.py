@@ -20,7 +20,7 @@ EXAMPLE = (
     "Example: slipbench explain --vehicle vehicle.toml runs/sweep runs/square --held-out runs/other"
 )
 FAILED = 1
-INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
+INTERRUPTED = 130  # exit status of shells after Ctrl-C
 
 
 def register(app: typer.Typer) -> None:
@@ -102,38 +102,38 @@ def explain_command(
     from slipbench.identification.mismatch.runs import open_analysis
 
     console = Console(stderr=True)
-    _refuse_without_check(check, count=check_count, minutes=check_minutes, seed=check_seed)
+    _reject_without_check(check, count=check_count, minutes=check_minutes, seed=check_seed)
     vehicle, training = _simulation(vehicle, training)
     with console.status("Reading recordings") as progress:
         analysis = open_analysis(vehicle, training, held_out or [])
         _print_notes(analysis, console)
         prepare_places(json_path, report_folder)  # after the input, which may be invalid
 
-        def say(words: str) -> None:
-            progress.update(words)
+        def show_progress(message: str) -> None:
+            progress.update(message)
             if not console.is_terminal:
-                console.print(words)
+                console.print(message)
 
-        begun = seconds()
-        if not known_so_far(analysis, say) and not analysis.failure:
+        started = seconds()
+        if not known_so_far(analysis, show_progress) and not analysis.failure:
             console.print("Interrupted: writing the results so far. Ctrl-C again discards them.")
-        took = seconds() - begun
-    found = verdict(analysis)
+        elapsed = seconds() - started
+    result = verdict(analysis)
     if json_path is not None:
-        found = with_training(found, training, json_path.parent)
-    for line in lines(found):
+        result = with_training(result, training, json_path.parent)
+    for line in lines(result):
         typer.echo(line)
-    if check and found.complete:
-        write_outputs(analysis, found, vehicle, json_path, report_folder)  # a check takes long
+    if check and result.complete:
+        write_outputs(analysis, result, vehicle, json_path, report_folder)  # the check takes long
         order = Order(check_count or COUNT, SEED if check_seed is None else check_seed)
-        found = replace(found, check=_checked(analysis, found, order, took, check_minutes))
-        for line in check_lines(found):
+        result = replace(result, check=_run_check(analysis, result, order, elapsed, check_minutes))
+        for line in check_lines(result):
             typer.echo(line)
-    for path in write_outputs(analysis, found, vehicle, json_path, report_folder):
+    for path in write_outputs(analysis, result, vehicle, json_path, report_folder):
         _print_written(path)
     if not in_the_file(analysis):
         typer.echo(f"the free curve {NOT_IN_THE_FILE}")
-    _end(analysis.failure, found.complete)
+    _exit(analysis.failure, result.complete)
 
 
 def _print_written(path: Path) -> None:
@@ -150,8 +150,8 @@ def _print_notes(analysis: "Analysis", console: Console) -> None:
         console.print(f"note: {note}", markup=False, soft_wrap=True)
 
 
-def _end(failure: str, complete: bool) -> None:
-    """End with the exit status of an analysis that failed or was interrupted."""
+def _exit(failure: str, complete: bool) -> None:
+    """Exit with status 1 after a failed analysis, 130 after an interrupted one."""
     if failure:
         Console(stderr=True).print(f"slipbench: the analysis failed in {failure}", markup=False)
         raise typer.Exit(FAILED)
@@ -159,36 +159,36 @@ def _end(failure: str, complete: bool) -> None:
         raise typer.Exit(INTERRUPTED)
 
 
-def _checked(
-    analysis: "Analysis", found: "Verdict", order: "Order", took: float, minutes: float | None
+def _run_check(
+    analysis: "Analysis", result: "Verdict", order: "Order", elapsed: float, minutes: float | None
 ) -> "Check":
-    """Return the result of the check. took: wall time of the analysis, s."""
+    """Return the result of the check. elapsed: wall time of the analysis, s."""
     from slipbench.identification.mismatch.predictive_check.check import analyses_of, check
     from slipbench.identification.mismatch.predictive_check.stopwatch import duration, limit_of
 
     console = Console(stderr=True)
-    number = analyses_of(analysis, order.count)
-    limit = limit_of(number * took, minutes)
+    analysis_count = analyses_of(analysis, order.count)
+    limit = limit_of(analysis_count * elapsed, minutes)
     console.print(
-        f"Check: {number} analyses of simulated recordings, seed {order.seed}; expected time"
-        f" {duration(number * took)}, time limit {duration(limit)}. Ctrl-C ends it."
+        f"Check: {analysis_count} analyses of simulated recordings, seed {order.seed}; expected time"
+        f" {duration(analysis_count * elapsed)}, time limit {duration(limit)}. Ctrl-C ends it."
     )
     with console.status("Check") as progress:
 
-        def say(words: str) -> None:
-            progress.update(words)
-            if not console.is_terminal and ": " not in words:  # one line an analysis
-                console.print(words)
+        def show_progress(message: str) -> None:
+            progress.update(message)
+            if not console.is_terminal and ": " not in message:  # one line per analysis
+                console.print(message)
 
-        return check(analysis, found, replace(order, limit=limit), say)
+        return check(analysis, result, replace(order, limit=limit), show_progress)
 
 
-def _refuse_without_check(check: bool, **given: float | None) -> None:
-    """Raise InputError where options of a check are given without it."""
-    useless = [f"--check-{name}" for name, value in given.items() if value is not None]
-    if useless and not check:
+def _reject_without_check(check: bool, **given: float | None) -> None:
+    """Raise InputError if an option of --check is given without --check."""
+    unused = [f"--check-{name}" for name, value in given.items() if value is not None]
+    if unused and not check:
         raise InputError(
-            f"{', '.join(useless)} has no effect without --check",
+            f"{', '.join(unused)} has no effect without --check",
             expected="--check",
             remedy="add --check, or leave the option out",
         )

@@ -1,4 +1,4 @@
-"""From a system's file and recordings to all that can be said: the steps, one after the other."""
+"""Steps of the mismatch analysis of a system and its recordings, in order of execution."""
 
 import math
 import sys
@@ -47,14 +47,14 @@ from slipbench.plant.errors import PlantError
 from slipbench.protocol.errors import InputError, is_interrupt
 
 PART_OF_CURVE = 0.5
-"""Share of the nats of a free curve that a pair must bring: less does not explain what is missing."""
+"""Share of the log-likelihood gain of a free curve that a pair of effects must reach."""
 
 
 def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:
-    """Do all steps; return whether all were done.
+    """Run all steps; return whether the analysis is complete.
 
-    An interruption or a failed step ends the analysis; what was found before stays in `so_far`,
-    with the failure. Raises InputError where the recordings cannot be used at all.
+    An interruption or a failed step ends the analysis; `so_far` keeps the earlier results and the
+    failure. Raises InputError where the recordings cannot be used at all.
     """
     try:
         analyse(so_far, say=say)
@@ -64,7 +64,7 @@ def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:
         if so_far.done == 0:
             raise
         so_far.failure = _failure(so_far)
-    except Exception as fault:  # an engineer waits for what was found, whatever a later step meets
+    except Exception as fault:  # keep earlier results on any error
         if not is_interrupt(fault):
             so_far.failure = _failure(so_far)
     return so_far.complete
@@ -82,9 +82,9 @@ def analyse(
     say: Say = lambda _: None,
     until: int | None = None,
 ) -> Analysis:
-    """Do all steps. library: effects to look for, the system's own if not given.
+    """Run all steps. library: candidate effects; None: those of the system.
 
-    until: number of steps after which to end; None: all.
+    until: number of steps to run; None: all.
     """
     library = so_far.system.library if library is None else library
     for number, step in enumerate(STEPS[:until], start=1):
@@ -101,7 +101,7 @@ def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
         say(takes)
     say("Calibrating nominal parameters")
     a.base = calibrate(a.training, a.training.origin())
-    if a.system.turns_unseen():  # numbers that made up for a wrong angle are taken as told again
+    if a.system.turns_unseen():  # parameters compensated a wrong angle
         a.base = refit_on(at_prior_mean(a.base), a.training)
     shown = lines(a.base)
     if shown.plain:
@@ -128,7 +128,7 @@ def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
 
 
 def _headline(a: Analysis) -> str:
-    """Return the output that the first sentence tells of, chosen on the training recordings."""
+    """Return the output of the report's first sentence, chosen on the training recordings."""
     assert a.base is not None
     assert a.named is not None
     if a.named.names:
@@ -142,10 +142,11 @@ def _headline(a: Analysis) -> str:
 
 
 def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
-    """Test what the names leave; where that is something, look for pairs.
+    """Test the residual of the named effects; search pairs of effects where it is significant.
 
-    Numbers far from what the file believes are something that is left as well, and so is an error
-    that the noise model predicts. And as many names as may be given may stand for fewer.
+    Pairs are also searched where parameters are far from their prior means, where the noise model
+    predicts nearly all of the error, and where MOST effects are named, since fewer may suffice.
+    Then drop the names that worsen the prediction of the held-out recordings.
     """
     assert a.named is not None
     _look_after(a, say)
@@ -165,7 +166,10 @@ def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
 
 
 def _asked_of_pairs(a: Analysis) -> float:
-    """Nats beyond the names that a pair must bring: a good part of what the free curve brings."""
+    """Return the log-likelihood gain over the names that a pair must reach, nats.
+
+    At least ENOUGH, and PART_OF_CURVE of the gain of a free curve where that is significant.
+    """
     curves = a.after if a.named and a.named.names else a.before
     found = max(
         (c.log_likelihood_gain for c in curves[:1] if unexplained(a) and c.certain), default=0.0
@@ -183,9 +187,10 @@ def _look_after(a: Analysis, say: Say) -> None:
 
 
 def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
-    """Withdraw the names where they do not suffice and a free curve predicts better.
+    """Replace the names by a free curve where they are insufficient and it predicts better.
 
-    Where none stands, names go that leave more than they explain, or that nothing held out confirms.
+    Without such a curve, names stay only if they gain more nats than a free curve gains in their
+    residual, and if the held-out recordings confirm them.
     """
     _fit_curve(a, say)
     if unexplained(a) and a.free is None and a.remains is not None and a.remains.lesser:
@@ -212,10 +217,10 @@ def _fit_curve(a: Analysis, say: Say) -> None:
 
 
 def _confirmed(a: Analysis, found: FreeCurve) -> float:
-    """Nats that a curve gains on the held-out recordings, inf where there are none.
+    """Return the held-out log-likelihood gain of a curve, nats; inf without held-out recordings.
 
-    The lesser of two: all parameters may move again, and they stay as the training recordings have
-    them. A curve must not raise the error of the simulation that is written.
+    The smaller of two gains: with all parameters estimated again, and with the parameters of the
+    training recordings. A curve must not increase the error of the simulation that is written.
     """
     assert a.base is not None
     if a.held_out is None:
@@ -225,10 +230,10 @@ def _confirmed(a: Analysis, found: FreeCurve) -> float:
 
 
 def _predict_better(a: Analysis, gain: float) -> bool:
-    """Tell whether names foretell held-out recordings better than the curve in their place.
+    """Return whether the names predict held-out recordings better than the curve in their place.
 
-    gain: nats of the curve, as `_confirmed` has them; of the names the same is taken. What is withdrawn
-    must leave a better explanation behind, not a worse one.
+    gain: held-out gain of the curve, nats, see `_confirmed`. The gain of the names is computed in
+    the same way.
     """
     assert a.base is not None
     assert a.named is not None
@@ -238,13 +243,13 @@ def _predict_better(a: Analysis, gain: float) -> bool:
     moved = refit_on(fit, a.held_out).score - refit_on(a.base, a.held_out).score
     try:
         unmoved = predicted_gain(a.held_out, a.base, fit, a.held_out)
-    except PlantError:  # with unchanged parameters they cannot be simulated there
+    except PlantError:  # not simulable with unchanged parameters
         return False
     return min(moved, unmoved) > gain
 
 
 def _withdraw(a: Analysis, place: str) -> None:
-    """Let no free curve at a place count: fitted inside the simulation, the best one failed."""
+    """Set p = 1 for the free curves at a place: held-out runs contradict the best of them."""
     a.before = [replace(c, p=1.0) if c.place == place else c for c in a.before]
     a.before.sort(key=lambda c: not c.certain)
     a.when = None
@@ -271,7 +276,7 @@ def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
 
 STEPS = (_calibrate, _locate, _name, _doubt, _free, _prove, _propose)
 CONCLUDED = 5
-"""Steps after which it is known what is identified; the others validate it."""
+"""Number of steps that identify the mismatch; the later ones validate it."""
 NAMES = (
     "calibration",
     "localization",

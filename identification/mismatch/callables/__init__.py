@@ -1,1 +1,1 @@
-"""Simulations from outside: a Python function or an FMU, with effects at its inputs and outputs."""
+"""External simulations: a Python function or an FMU, with effects at its inputs and outputs."""

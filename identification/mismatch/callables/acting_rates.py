@@ -1,7 +1,7 @@
-"""What acts on the rates of a simulation's states: added signals and effects, step by step.
+"""Input disturbances and effects on the state derivatives of a simulation, at each stage of a step.
 
-The effects are those of the compiled kernel of model files (systems/kernel.py): its function `at` is
-called at each stage of integration, so their memories and states mean the same here.
+The effects are those of the compiled kernel of model files (systems/kernel.py). Its function `at`
+is called at each stage of integration, so memories and states of effects work as in that kernel.
 """
 
 from dataclasses import dataclass
@@ -18,10 +18,11 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True, eq=False)
 class ActingRates:
-    """What acts in one run, SI.
+    """Disturbances and effects on the state derivatives in one run, SI.
 
-    equations: of the inputs and states alone. push: (rows, states), added to the rates.
-    code, where, other: (effects,), par: (effects, 4), as the kernel takes them. longest: delay, s.
+    equations: of the inputs and states alone. push: input disturbance, (rows, states), added to the
+    rates. code, where, other: (effects,), par: (effects, 4), arguments of the kernel. longest:
+    longest delay, s.
     """
 
     equations: Equations
@@ -34,15 +35,18 @@ class ActingRates:
 
     @property
     def arrays(self) -> tuple[Floats | Integers, ...]:
-        """All that distinguishes one run from another."""
+        """Arrays that identify the disturbances and effects of a run."""
         return (self.push, self.code, self.where, self.other, self.par)
 
 
 class RateLoop:
-    """The effects of one run, with their states and memories. `x`: (effect states,), at the step."""
+    """Effects of one run, with their states and memories.
+
+    x: states of the effects at the beginning of the step, (effect states,).
+    """
 
     def __init__(self, acting: ActingRates, step: float) -> None:
-        """step: of integration, s."""
+        """step: integration step, s."""
         effects = len(acting.code)
         ring = 1 << (int(acting.longest / step) + 3).bit_length()
         states, inputs = len(acting.equations.states), len(acting.equations.inputs)
@@ -51,35 +55,35 @@ class RateLoop:
         self._rings = np.zeros((effects, 2, ring))
         self._tables = np.zeros((effects, 2, 1))
         first, own = first_input(acting.equations), STATES_OF_ONE * effects
-        acts = (acting.code, acting.where, acting.other, acting.par)
-        self._board = board(*acts, states, first + inputs)[0]
+        effect_arrays = (acting.code, acting.where, acting.other, acting.par)
+        self._board = board(*effect_arrays, states, first + inputs)[0]
         self._spill = self._board["spill"][:states]
         self._q = self._board["q"][first : first + inputs + states]
         self._x, self._dx = self._board["x"][: states + own], self._board["dx"][: states + own]
-        self._busy = [(k, inputs + k, inputs + k in acting.where) for k in range(states)]
+        self._targets = [(k, inputs + k, inputs + k in acting.where) for k in range(states)]
         self.x = np.zeros(own)
 
     def act(
         self, rates: Floats, states: Floats, inputs: Floats, own: Floats, row: int, at: "Moment"
     ) -> tuple[Floats, Floats]:
-        """Return the rates with what acts on them, and the rates of the effects' states.
+        """Return the rates with disturbance and effects, and the rates of the effect states.
 
-        rates, states: (states,); inputs: (inputs,); own: the effects' states, (effect states,).
+        rates, states: (states,); inputs: (inputs,); own: states of the effects, (effect states,).
         """
         size = len(states)
         self._q[:] = np.concatenate((inputs, states))
         self._x[:size], self._x[size:] = states, own
         self._spill[:] = self._dx[:] = 0.0
-        found = rates + self._acting.push[row]
-        for k, place, busy in self._busy:
-            if busy:
-                found[k] = self._act_at(place, found[k], states[k], at)
+        total = rates + self._acting.push[row]
+        for k, place, has_effect in self._targets:
+            if has_effect:
+                total[k] = self._act_at(place, total[k], states[k], at)
         if at.when == FIRST:
             self.x[:] = self._x[size:]
-        return found + self._spill, self._dx[size:].copy()
+        return total + self._spill, self._dx[size:].copy()
 
     def _act_at(self, place: int, value: float, own: float, at: "Moment") -> float:
-        acted: float = self._at(
+        value_after: float = self._at(
             place,
             value,
             own,
@@ -92,14 +96,15 @@ class RateLoop:
             at.count,
             self._step,
         )
-        return acted
+        return value_after
 
 
 @dataclass(frozen=True)
 class Moment:
-    """When rates are evaluated. count: of the step; fraction: of the step that has passed.
+    """Time at which rates are evaluated.
 
-    when: as the kernel of model files takes it. elapsed: since memories were last renewed, s.
+    count: index of the step; fraction: elapsed part of the step. when: code of the stage in the
+    kernel of model files. elapsed: since the last memory update, s.
     """
 
     count: int
@@ -109,7 +114,10 @@ class Moment:
 
     @classmethod
     def stage(cls, count: int, fraction: float, step: float, begins: bool, row: bool) -> "Moment":
-        """Return a stage of a step. begins: whether it is the first; row: of its row."""
+        """Return a stage of a step.
+
+        begins: whether it is the first stage of the step. row: whether the step begins a row.
+        """
         if not begins:
             return cls(count, fraction, WITHIN, fraction * step)
         if row:
@@ -118,5 +126,5 @@ class Moment:
 
     @classmethod
     def row_end(cls, count: int, step: float) -> "Moment":
-        """Return the end of a row, before its input jumps. count: of its last step."""
+        """Return the end of a row, before the next input value. count: index of its last step."""
         return cls(count, 1.0, END, step)

@@ -1,7 +1,7 @@
-"""What a simulation from outside is asked, and what it has to return.
+"""Interface of an external simulation: arguments and results of one run.
 
-A function of parameters, inputs and times. Times are evenly spaced and start at 0. An input's value
-at a time holds until the next one, or lies on the straight line to it, as its description says.
+The simulation is a function of parameters, inputs and times. Times are evenly spaced from 0.
+Between two times an input is held or linearly interpolated, as its description specifies.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,31 +18,32 @@ from slipbench.protocol.errors import is_interrupt
 Simulate = Callable[
     [Mapping[str, float], Mapping[str, Floats], Floats], Mapping[str, npt.ArrayLike]
 ]
-"""simulate(parameters, inputs, times) -> outputs, arrays of the times' length, by name."""
+"""simulate(parameters, inputs, times) -> outputs by name, arrays of the same length as times."""
 ALIKE = 1e-9
-"""Share of the largest value by which two runs with the same parameters may differ."""
+"""Tolerance between two runs with the same parameters, relative to the largest value."""
 
 
 class CallFailedError(Exception):
-    """A simulation from outside could not be run at one set of parameters; the text says why.
+    """An external simulation could not be run at one set of parameters; the text states the reason.
 
-    lost: whether another run cannot be hoped for.
+    lost: whether further runs are not attempted.
     """
 
     lost = False
 
 
 class SimulationLostError(CallFailedError):
-    """The simulation has failed so often in a way that costs time that it is not run again."""
+    """The simulation hung or crashed too often and is not run again."""
 
     lost = True
 
 
 @dataclass(frozen=True, eq=False)
 class Call:
-    """One run. parameters: in the units of their description. inputs: (n,) by name. times: (n,), s.
+    """Arguments of one run.
 
-    outputs: names of what has to be returned. rates: what acts on rates of states; None: nothing.
+    parameters: in the units of their description. inputs: (n,) by name. times: (n,), s. outputs:
+    names of the outputs to return. rates: disturbances and effects on state derivatives, or None.
     """
 
     parameters: Mapping[str, float]
@@ -53,61 +54,61 @@ class Call:
 
 
 Caller = Callable[[Call], dict[str, Floats]]
-"""Runs a call; returns its outputs, (n,) and finite. Raises CallFailedError."""
+"""Runs a call and returns its outputs, (n,), finite. Raises CallFailedError."""
 
 
 def in_process(simulate: Simulate) -> Caller:
-    """Run a function in this process; an exception, or another result than asked, is a failure."""
+    """Run a function in this process; an exception or an invalid result raises CallFailedError."""
 
-    def call(asked: Call) -> dict[str, Floats]:
-        inputs = {name: np.array(values) for name, values in asked.inputs.items()}
+    def call(request: Call) -> dict[str, Floats]:
+        inputs = {name: np.array(values) for name, values in request.inputs.items()}
         try:
-            told = simulate(dict(asked.parameters), inputs, np.array(asked.times))
+            returned = simulate(dict(request.parameters), inputs, np.array(request.times))
         except CallFailedError:
             raise
         except Exception as fault:
             if is_interrupt(fault):
                 raise
             raise CallFailedError(f"it raised {type(fault).__name__}: {fault}") from fault
-        return checked(told, asked.outputs, asked.times.size)
+        return checked(returned, request.outputs, request.times.size)
 
     return call
 
 
-def checked(told: object, outputs: Sequence[str], count: int) -> dict[str, Floats]:
-    """Return the outputs as arrays (count,). Raises CallFailedError where one is not of use."""
-    if not isinstance(told, Mapping):
+def checked(returned: object, outputs: Sequence[str], count: int) -> dict[str, Floats]:
+    """Return the outputs as arrays (count,). Raises CallFailedError where one is invalid."""
+    if not isinstance(returned, Mapping):
         raise CallFailedError(
-            f"it returned {type(told).__name__}, not a mapping from output name to array"
+            f"it returned {type(returned).__name__}, not a mapping from output name to array"
         )
-    absent = [name for name in outputs if name not in told]
-    if absent:
-        there = ", ".join(map(str, told)) or "nothing"
-        raise CallFailedError(f"it did not return {', '.join(absent)}; it returned {there}")
-    return {name: _array(name, told[name], count) for name in outputs}
+    missing = [name for name in outputs if name not in returned]
+    if missing:
+        available = ", ".join(map(str, returned)) or "nothing"
+        raise CallFailedError(f"it did not return {', '.join(missing)}; it returned {available}")
+    return {name: _array(name, returned[name], count) for name in outputs}
 
 
 def _array(name: str, value: Any, count: int) -> Floats:
     if np.iscomplexobj(value):
         raise CallFailedError(f"{name} is no array of real numbers: it is complex")
     try:
-        found = np.array(value, np.float64)
+        array = np.array(value, np.float64)
     except (TypeError, ValueError) as fault:
         raise CallFailedError(f"{name} is no array of real numbers: {fault}") from fault
-    if found.shape != (count,):
-        raise CallFailedError(f"{name} has shape {found.shape}; expected {(count,)}, that of times")
-    bad = np.flatnonzero(~np.isfinite(found))
+    if array.shape != (count,):
+        raise CallFailedError(f"{name} has shape {array.shape}; expected {(count,)}, that of times")
+    bad = np.flatnonzero(~np.isfinite(array))
     if bad.size:
         raise CallFailedError(
-            f"{name} is {found[bad[0]]} at sample {bad[0]} of {count}, and not finite in {bad.size}"
+            f"{name} is {array[bad[0]]} at sample {bad[0]} of {count}, and not finite in {bad.size}"
         )
-    return found
+    return array
 
 
 def difference(one: Mapping[str, Floats], other: Mapping[str, Floats]) -> str:
-    """Say where two runs with the same parameters differ; empty where they do not."""
+    """Describe where two runs with the same parameters differ; empty where they agree."""
     for name, values in one.items():
-        most = float(np.max(np.abs(values - other[name]), initial=0.0))
-        if most > ALIKE * float(np.max(np.abs(values), initial=0.0)):
-            return f"{name} differs by up to {most:.3g}"
+        largest = float(np.max(np.abs(values - other[name]), initial=0.0))
+        if largest > ALIKE * float(np.max(np.abs(values), initial=0.0)):
+            return f"{name} differs by up to {largest:.3g}"
     return ""

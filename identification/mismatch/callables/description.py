@@ -1,6 +1,6 @@
-"""The description of a Python function as a model file without equations.
+"""Description of a Python function as a model file without equations.
 
-Magnitudes and periods that a model file states are taken from the training recordings.
+Magnitudes and periods of the model file are taken from the training recordings.
 """
 
 import math
@@ -25,16 +25,16 @@ from slipbench.protocol.recording.channel import Channel
 from slipbench.protocol.recording.recording import Recording
 
 NOT_AN_EQUATION = "0"
-"""Stands where a model file has the equation of an output: a function gives its value."""
+"""Placeholder for the equation of an output, whose value an external simulation returns."""
 
 
 @dataclass(frozen=True)
 class Ports:
-    """Roles of the recordings that a simulation takes and gives.
+    """Roles of the recorded signals that are inputs and outputs of a simulation.
 
-    linear: inputs that follow straight lines between samples; all others hold until the next one.
-    speeds: input -> output that is the speed of what it drives: friction may act along it. period:
-    of the bins in which residuals are tested, s; 0: that of the slowest output.
+    linear: inputs that are linearly interpolated between samples; all others are held. speeds:
+    input -> output that is the speed of the driven part, the regressor of friction. period: of the
+    bins in which residuals are tested, s; 0: sampling period of the slowest output.
     """
 
     inputs: tuple[str, ...]
@@ -47,7 +47,7 @@ class Ports:
 def described(
     name: str, parameters: Mapping[str, Parameter], ports: Ports, recordings: Sequence[Recording]
 ) -> ModelFile:
-    """Describe a function. Raises InputError where parameters or ports cannot be used."""
+    """Return the description of a function. Raises InputError for invalid parameters or ports."""
     _check_ports(ports, recordings, name)
     numbers = {key: one.number(f"{name}, parameter {key!r}") for key, one in parameters.items()}
     sizes = {role: _size(role, recordings) for role in (*ports.inputs, *ports.outputs)}
@@ -78,7 +78,7 @@ def described(
 
 
 def bounds(parameters: Mapping[str, Parameter], file: ModelFile) -> tuple[Floats, Floats]:
-    """Least and greatest values, SI, (parameters,) each."""
+    """Return lower and upper bounds of the parameters, SI, (parameters,) each."""
     ends = ([], [])  # type: tuple[list[float], list[float]]
     for key, one in parameters.items():
         for found, end in zip(ends, one.bounds or (-math.inf, math.inf), strict=True):
@@ -88,7 +88,7 @@ def bounds(parameters: Mapping[str, Parameter], file: ModelFile) -> tuple[Floats
 
 
 def text_of(file: ModelFile) -> str:
-    """Return a description as TOML: what an improved one is written into."""
+    """Return a description as TOML, the template of the improved file."""
     tree = {
         "name": file.name,
         "parameters": {k: n.model_dump(exclude_none=True) for k, n in file.parameters.items()},
@@ -103,36 +103,38 @@ def _port(role: str, size: Number) -> dict[str, object]:
 
 
 def _check_ports(ports: Ports, recordings: Sequence[Recording], name: str) -> None:
-    there = sorted({role for r in recordings for role in r.channels})
+    recorded = sorted({role for r in recordings for role in r.channels})
     if not ports.outputs:
         raise InputError(
             "the outputs are not named",
             where=name,
             expected="outputs=[...], roles of the recordings",
-            found=f"recorded: {', '.join(there)}",
+            found=f"recorded: {', '.join(recorded)}",
         )
     for role in (*ports.inputs, *ports.outputs):
-        if role not in there:
-            raise InputError(f"{role!r} was not recorded", where=name, remedy=nearest(role, there))
-    for what, roles, known in (
+        if role not in recorded:
+            raise InputError(
+                f"{role!r} was not recorded", where=name, remedy=nearest(role, recorded)
+            )
+    for option, roles, known in (
         ("linear", ports.linear, ports.inputs),
         ("speeds", tuple(ports.speeds), ports.inputs),
         ("speeds", tuple(ports.speeds.values()), ports.outputs),
     ):
-        _check_known(what, roles, known, name)
-    both = sorted({*ports.inputs} & {*ports.outputs})
-    if both:
-        raise InputError(f"{both[0]!r} is an input and an output", where=name)
+        _check_known(option, roles, known, name)
+    duplicates = sorted({*ports.inputs} & {*ports.outputs})
+    if duplicates:
+        raise InputError(f"{duplicates[0]!r} is an input and an output", where=name)
 
 
-def _check_known(what: str, roles: Sequence[str], known: Sequence[str], name: str) -> None:
+def _check_known(option: str, roles: Sequence[str], known: Sequence[str], name: str) -> None:
     for role in roles:
         if role not in known:
-            raise InputError(f"{what} names {role!r}", where=name, remedy=nearest(role, known))
+            raise InputError(f"{option} names {role!r}", where=name, remedy=nearest(role, known))
 
 
 def _size(role: str, recordings: Sequence[Recording]) -> Number:
-    """Root mean square of a role over all recordings that have it."""
+    """Return the root mean square of a role over all recordings that contain it."""
     channels = list(_channels(role, recordings))
     values = np.concatenate([c.value[np.isfinite(c.value)] for c in channels])
     size = float(np.sqrt(np.mean(values**2))) if values.size else 0.0
@@ -140,13 +142,13 @@ def _size(role: str, recordings: Sequence[Recording]) -> Number:
 
 
 def _period(role: str, recordings: Sequence[Recording]) -> float:
-    """Time between two samples of a role, as a rule, s."""
-    apart: list[float] = [
+    """Return the sampling period of a role, s: the largest median interval of its recordings."""
+    intervals: list[float] = [
         float(np.median(np.diff(c.time))) for c in _channels(role, recordings) if c.time.size > 1
     ]
-    if not apart or not max(apart) > 0.0:
+    if not intervals or not max(intervals) > 0.0:
         raise InputError(f"{role!r} has no two samples at different times")
-    return float(f"{max(apart):.9g}")
+    return float(f"{max(intervals):.9g}")
 
 
 def _channels(role: str, recordings: Sequence[Recording]) -> Iterable[Channel]:
@@ -154,5 +156,5 @@ def _channels(role: str, recordings: Sequence[Recording]) -> Iterable[Channel]:
 
 
 def name_of(simulate: Callable[..., object]) -> str:
-    """Name of a function or of the class of an object that can be called."""
+    """Return the name of a function, or of the class of a callable object."""
     return str(getattr(simulate, "__name__", type(simulate).__name__))

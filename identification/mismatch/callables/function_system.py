@@ -1,4 +1,4 @@
-"""A Python function as a system that the engine explains."""
+"""A Python function as a system for the mismatch analysis."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -25,9 +25,9 @@ def function_system(
     training: Sequence[Recording],
     time_limit: float | None = None,
 ) -> ModelSystem:
-    """Make the system of a function. Raises InputError where its description is invalid.
+    """Return the system of a function. Raises InputError where its description is invalid.
 
-    time_limit: of one run, s, in a process of its own where that is possible; None: in this
+    time_limit: of one run, s, in a separate process where the platform supports it; None: in this
     process, without limit.
     """
     name = name_of(simulate)

@@ -1,8 +1,8 @@
-"""Effects outside of a simulation, as operators on its input and output signals.
+"""Effects at the interface of a simulation, as operators on its input and output signals.
 
-The laws are those of the seam effects of model files, and so is the kernel that runs them: a system
-without states, whose equations pass each signal on. A held input keeps its steps: what a dynamic
-effect makes of it within a row is replaced by its mean, as a sampled simulation is driven.
+The laws and the kernel are those of the seam effects of model files: the effects run on a system
+without states whose equations pass each signal through. A held input stays constant within a row:
+the output of a dynamic effect within a row is replaced by its mean, as a sampled input.
 """
 
 import inspect
@@ -27,51 +27,51 @@ from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
 FINER = 8
-"""Parts of a row in which an effect with a memory is integrated."""
+"""Substeps per row for effects with memory."""
 RAW = "simulated_"
-"""Before the name of an output as the simulation gives it, before effects."""
+"""Prefix of the name of a simulated output before effects."""
 NO_VALUES = np.zeros(0)
 
 
 def shown_names(file: ModelFile) -> tuple[str, ...]:
-    """Return the names of what a simulation shows: outputs, then the states of its file."""
+    """Return the names of the simulated signals: outputs, then the states of the file."""
     return (*file.outputs, *file.states)
 
 
 def speeds_used(task: Task) -> bool:
-    """Tell whether an effect at an input acts along an output or a state."""
+    """Return whether the regressor of an effect at an input is an output or a state."""
     return any(e.place.other in shown_names(task.file) for e in at_kind(INPUT, task.effects))
 
 
 def acted_inputs(task: Task, outputs: Floats) -> Floats:
-    """Inputs with what is pushed and what acts there, (rows, inputs).
+    """Return the inputs with input disturbances and effects applied, (rows, inputs).
 
-    outputs: (rows, outputs and states), along which some of it acts.
+    outputs: (rows, outputs and states), regressors of some effects.
     """
-    pushed = task.record.inputs + task.push[:, : len(task.file.inputs)]
+    disturbed = task.record.inputs + task.push[:, : len(task.file.inputs)]
     effects = at_kind(INPUT, task.effects)
     if not effects:
-        return pushed
+        return disturbed
     parts = parts_of_row(effects)
     held = [i.steps for i in task.file.inputs.values()] + [False] * len(shown_names(task.file))
-    alone, file = input_signals(task.file)
+    equations, file = input_signals(task.file)
     grid = task.record.grid
     fine = replace(
         task.record,
         grid=replace(grid, rows=parts * grid.rows, step=grid.step / parts),
-        inputs=_finer(np.concatenate((pushed, outputs), axis=1), held, parts),
+        inputs=_finer(np.concatenate((disturbed, outputs), axis=1), held, parts),
     )
-    still = np.zeros((parts * grid.rows, len(alone.inputs)))
-    shown = run(alone, file, NO_VALUES, effects, fine, still)
+    no_disturbance = np.zeros((parts * grid.rows, len(equations.inputs)))
+    result = run(equations, file, NO_VALUES, effects, fine, no_disturbance)
     return np.column_stack(
-        [_of_rows(shown[n], i.steps, parts) for n, i in task.file.inputs.items()]
+        [_of_rows(result[n], i.steps, parts) for n, i in task.file.inputs.items()]
     )
 
 
 def acted_outputs(task: Task, inputs: Floats, raw: Floats) -> Floats:
-    """Outputs with what acts there, (rows, outputs).
+    """Return the outputs with effects applied, (rows, outputs).
 
-    inputs: as they act, (rows, inputs); raw: (rows, outputs and states).
+    inputs: after their effects, (rows, inputs); raw: before effects, (rows, outputs and states).
     """
     effects = at_kind(OUTPUT, task.effects)
     if not effects:
@@ -79,14 +79,14 @@ def acted_outputs(task: Task, inputs: Floats, raw: Floats) -> Floats:
     through, file = output_signals(task.file)
     file = file.model_copy(update={"step": task.record.grid.step / parts_of_row(effects)})
     record = replace(task.record, inputs=np.concatenate((inputs, raw), axis=1))
-    shown = run(
+    result = run(
         through, file, NO_VALUES, effects, record, np.zeros((len(raw), len(through.places)))
     )
-    return np.column_stack([shown[n] for n in task.file.outputs])
+    return np.column_stack([result[n] for n in task.file.outputs])
 
 
 def acting_rates(task: Task) -> ActingRates | None:
-    """Return what acts on the rates of the file's states; None where nothing does."""
+    """Return the disturbances and effects on the state derivatives; None where there are none."""
     file, first = task.file, len(task.file.inputs)
     push = np.ascontiguousarray(task.push[:, first : first + len(file.states)])
     effects = at_kind(RATE, task.effects)
@@ -99,62 +99,62 @@ def acting_rates(task: Task) -> ActingRates | None:
 
 
 def input_signals(file: ModelFile) -> tuple[Equations, ModelFile]:
-    """Return the signals that effects at inputs use, inputs first, as a system without states."""
-    lines = {n: _line(o) for n, o in file.outputs.items()}
-    lines |= {n: _line(s) for n, s in file.states.items()}
-    signals = {**file.inputs, **lines}
-    alone = Equations((), tuple(signals), (), (), (), ())
-    return alone, file.model_copy(update={"inputs": signals, "states": {}})
+    """Return the signals used by effects at inputs, inputs first, as a system without states."""
+    other_signals = {n: _interpolated_input(o) for n, o in file.outputs.items()}
+    other_signals |= {n: _interpolated_input(s) for n, s in file.states.items()}
+    signals = {**file.inputs, **other_signals}
+    equations = Equations((), tuple(signals), (), (), (), ())
+    return equations, file.model_copy(update={"inputs": signals, "states": {}})
 
 
 def output_signals(file: ModelFile) -> tuple[Equations, ModelFile]:
-    """Return the signals that effects at outputs use, as a system that passes the outputs on."""
-    told = {f"{RAW}{n}": _line(o) for n, o in file.outputs.items()}
-    told |= {n: _line(s) for n, s in file.states.items()}
-    signals = {**file.inputs, **told}
-    passed = tuple((n, f"{PREFIX}{RAW}{n}") for n in file.outputs)
-    through = Equations((), tuple(signals), (), (), (), passed)
+    """Return the signals used by effects at outputs, as a system that passes outputs through."""
+    simulated = {f"{RAW}{n}": _interpolated_input(o) for n, o in file.outputs.items()}
+    simulated |= {n: _interpolated_input(s) for n, s in file.states.items()}
+    signals = {**file.inputs, **simulated}
+    output_equations = tuple((n, f"{PREFIX}{RAW}{n}") for n in file.outputs)
+    through = Equations((), tuple(signals), (), (), (), output_equations)
     return through, file.model_copy(update={"inputs": signals, "states": {}})
 
 
 def rate_signals(file: ModelFile) -> Equations:
-    """Return the signals that effects at rates use: inputs, and states with their rates."""
+    """Return the signals used by effects at rates: inputs, and states with their rates."""
     return Equations((), tuple(file.inputs), tuple(file.states), (), (), ())
 
 
 def parts_of_row(effects: Sequence[SeamEffect]) -> int:
-    """Return into how many parts a row is cut for effects at inputs or outputs."""
+    """Return the number of substeps per row for effects at inputs or outputs."""
     return FINER if any(map(_dynamic, effects)) else 1
 
 
 def at_kind(kind: str, effects: Sequence[Effect]) -> list[SeamEffect]:
-    """Return the effects at one kind of places."""
+    """Return the effects at one kind of injection point: input, rate or output."""
     return [e for e in effects if isinstance(e, SeamEffect) and e.place.kind == kind]
 
 
-def _line(shown: Output | State) -> Input:
-    return Input(role="", size=shown.size, held=False)
+def _interpolated_input(signal: Output | State) -> Input:
+    return Input(role="", size=signal.size, held=False)
 
 
 def _dynamic(effect: SeamEffect) -> bool:
-    """Tell whether what an effect makes of a level input changes within a row."""
+    """Return whether the output of an effect can change within a row at constant input."""
     if effect.states or effect.uses == "along":
         return True
-    known = inspect.signature(effect.act).parameters if effect.act is not None else {}
-    return not {"past", "step", "elapsed"}.isdisjoint(known)
+    arguments = inspect.signature(effect.act).parameters if effect.act is not None else {}
+    return not {"past", "step", "elapsed"}.isdisjoint(arguments)
 
 
 def _finer(rows: Floats, held: Sequence[bool], parts: int) -> Floats:
-    """Cut each row into parts, level where held, else along the line from the row before."""
+    """Split each row into parts: constant where held, else linear from the previous row."""
     level = np.repeat(rows, parts, axis=0)
     if parts == 1:
         return level
-    before = np.repeat(np.concatenate((rows[:1], rows[:-1])), parts, axis=0)
+    previous = np.repeat(np.concatenate((rows[:1], rows[:-1])), parts, axis=0)
     share = np.tile(np.arange(1, parts + 1) / parts, len(rows))[:, None]
-    return np.where(np.array(held), level, before + share * (level - before))
+    return np.where(np.array(held), level, previous + share * (level - previous))
 
 
 def _of_rows(fine: Floats, held: bool, parts: int) -> Floats:
-    """Mean of each row where held, else its end."""
-    whole = fine.reshape(-1, parts)
-    return np.asarray(whole.mean(axis=1) if held else whole[:, -1])
+    """Return the mean of each row where held, else its last value."""
+    by_row = fine.reshape(-1, parts)
+    return np.asarray(by_row.mean(axis=1) if held else by_row[:, -1])

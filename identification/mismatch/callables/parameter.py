@@ -1,4 +1,4 @@
-"""A parameter of a simulation: where it starts, and how far from there it may be."""
+"""A parameter of a simulation: nominal value, prior half width and bounds."""
 
 import math
 from dataclasses import dataclass
@@ -9,15 +9,15 @@ from slipbench.protocol.errors import InputError
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number that a simulation is given, and what is known of it.
+    """A parameter of a simulation, with its prior.
 
     start       nominal value, in `unit`
-    plus_minus  half width of what is reliable with 95 %, in `unit`; 0: exact; None: half of the
+    plus_minus  half width of the 95 % prior interval, in `unit`; 0: exact; None: half of the
                 distance between the bounds
     bounds      values that the simulation accepts, (low, high) in `unit`; None: no limits
-    unit        as pint writes it; "1": without unit
+    unit        in the notation of pint; "1": without unit
 
-    A start above 0 errs by a factor; one that may have either sign is 0 or less.
+    A start above 0 has a multiplicative prior; a parameter of either sign has a start of 0 or less.
     """
 
     start: float
@@ -38,7 +38,7 @@ class Parameter:
 
     @property
     def half_width(self) -> float:
-        """Half width (95 %), in `unit`; needs plus_minus or bounds."""
+        """Half width (95 %), in `unit`; requires plus_minus or bounds."""
         if self.plus_minus is not None:
             return self.plus_minus
         assert self.bounds is not None

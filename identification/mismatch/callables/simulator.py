@@ -1,7 +1,7 @@
-"""A simulation from outside as the simulator of a system.
+"""An external simulation as the simulator of a system.
 
-Effects act on its inputs and outputs (operators.py). Runs are kept: what acts at outputs alone, or
-only in a sensor, costs no run.
+Effects act on its inputs and outputs (operators.py). Results of runs are cached: effects at outputs
+or in sensors alone require no new run.
 """
 
 import time
@@ -35,19 +35,19 @@ from slipbench.protocol.errors import InputError
 from slipbench.protocol.units import to_base
 
 PASSES = 3
-"""Runs where an effect at an input acts along an output: first along the recorded one, then along
-that of the run before."""
+"""Runs where the regressor of an effect at an input is an output: the recorded output in the first
+run, then the output of the previous run."""
 RUNS = (150, 2000)
-"""Runs for each recording: where nothing is missing, and where many effects compete."""
+"""Runs per recording: without mismatch, and with many competing effects."""
 MOST_KEPT = 64_000_000
-"""Bytes of runs that are kept."""
+"""Size limit of the cached runs, bytes."""
 
 
 @dataclass
 class Kept:
-    """Runs by what was asked, the oldest first.
+    """Cached runs by call, the oldest first.
 
-    made: how many runs were made; repeatable: whether one was seen to be; seconds: that it took.
+    made: number of runs; repeatable: whether repeatability was verified; seconds: time of one run.
     """
 
     runs: OrderedDict[bytes, Floats] = field(default_factory=OrderedDict)
@@ -58,7 +58,7 @@ class Kept:
     lock: Lock = field(default_factory=Lock)
 
     def put(self, key: bytes, run: Floats) -> None:
-        """Keep a run and drop the oldest where there are too many."""
+        """Cache a run and remove the oldest ones above the size limit."""
         with self.lock:
             replaced = self.runs.pop(key, None)
             self.runs[key] = run
@@ -70,10 +70,10 @@ class Kept:
 
 @dataclass(frozen=True, eq=False)
 class OutsideSimulator(Simulator):
-    """Runs a simulation that is not known from inside.
+    """Runs a black-box simulation.
 
-    caller: runs it. low, high: bounds of the parameters, SI, (parameters,). what: its name in
-    messages.
+    caller: runs one call. low, high: bounds of the parameters, SI, (parameters,). what: name of the
+    simulation in messages.
     """
 
     caller: Caller
@@ -89,7 +89,7 @@ class OutsideSimulator(Simulator):
         return np.clip(values, self.low, self.high)
 
     def duration(self, recordings: int) -> str:
-        """Say how long an analysis of so many recordings takes, from the first run."""
+        """Return the estimated duration of an analysis as text, from the first run."""
         low, high = (recordings * runs * self.kept.seconds / 60.0 for runs in RUNS)
         return (
             f"One run of {self.what} takes {self.kept.seconds:.2g} s: its runs alone take"
@@ -101,7 +101,7 @@ class OutsideSimulator(Simulator):
         raw = recorded_outputs(task)
         for _ in range(PASSES if speeds_used(task) else 1):
             inputs = acted_inputs(task, raw)
-            raw = self._raw(task, inputs)
+            raw = self._outputs_before_effects(task, inputs)
         outputs = acted_outputs(task, inputs, raw)
         states = raw[:, len(task.file.outputs) :]
         names = (*task.file.inputs, *shown_names(task.file))
@@ -109,7 +109,7 @@ class OutsideSimulator(Simulator):
         return Shown(dict(zip(names, columns, strict=True)))
 
     def first_run(self, task: Task) -> Shown:
-        """Run a task, the very first one twice. Raises InputError where results differ."""
+        """Run a task; run the first one twice. Raises InputError where results differ."""
         if not self.kept.repeatable:
             self._check_repeatable(task)
         self.kept.repeatable = True
@@ -121,22 +121,22 @@ class OutsideSimulator(Simulator):
         begun = time.perf_counter()
         other = self._outputs(task, call)
         self.kept.seconds = time.perf_counter() - begun
-        if different := difference(one, other):
+        if mismatch := difference(one, other):
             raise InputError(
                 "two runs with the same parameters and inputs gave different results",
                 where=task.file.name,
                 expected="a simulation that depends on its arguments alone",
-                found=f"{different} on {task.record.name}",
+                found=f"{mismatch} on {task.record.name}",
                 remedy="fix the seed of random numbers, and keep no state between two runs",
             )
 
-    def _raw(self, task: Task, inputs: Floats) -> Floats:
-        """Outputs as the simulation gives them, (rows, outputs)."""
+    def _outputs_before_effects(self, task: Task, inputs: Floats) -> Floats:
+        """Return the simulated outputs and states before effects, (rows, outputs and states)."""
         call = call_of(task, inputs)
         key = _key(call)
         if (run := self.kept.runs.get(key)) is None:
-            told = self._outputs(task, call)
-            run = np.column_stack([told[name][1:] for name in call.outputs])
+            entries = self._outputs(task, call)
+            run = np.column_stack([entries[name][1:] for name in call.outputs])
             _check_bounded(task, run)
             self.kept.put(key, run)
         return run
@@ -157,22 +157,22 @@ class OutsideSimulator(Simulator):
 
 
 def recorded_outputs(task: Task) -> Floats:
-    """Return what was recorded of outputs and states, (rows, outputs and states); 0: nothing was."""
-    nothing = np.zeros(task.record.grid.rows)
+    """Return the recorded outputs and states, (rows, outputs and states); 0 where not recorded."""
+    zeros = np.zeros(task.record.grid.rows)
     known = task.record.measured
-    return np.column_stack([known.get(name, nothing) for name in shown_names(task.file)])
+    return np.column_stack([known.get(name, zeros) for name in shown_names(task.file)])
 
 
 def call_of(task: Task, inputs: Floats) -> Call:
-    """Return what the simulation is asked: sample k of all arrays is at times[k].
+    """Return the call of a task; sample k of all arrays is at times[k].
 
     inputs: (rows, inputs); a row begins at a sample and ends at the next one.
     """
     grid = task.record.grid
-    told = zip(task.file.inputs.items(), inputs.T, strict=True)
+    entries = zip(task.file.inputs.items(), inputs.T, strict=True)
     columns = {
         name: np.append(column, column[-1]) if one.steps else np.insert(column, 0, column[0])
-        for (name, one), column in told
+        for (name, one), column in entries
     }
     times = np.asarray(grid.step * np.arange(grid.rows + 1), np.float64)
     parameters = written(task.file, task.values)
@@ -180,17 +180,17 @@ def call_of(task: Task, inputs: Floats) -> Call:
 
 
 def _check_bounded(task: Task, run: Floats) -> None:
-    """Raise PlantError where a run, (rows, outputs and states), leaves all usual magnitudes."""
+    """Raise PlantError where a run, (rows, outputs and states), grows without bound."""
     sizes: dict[str, Number] = {name: one.size for name, one in task.file.outputs.items()}
     sizes |= {name: one.size for name, one in task.file.states.items()}
     for (name, size), column in zip(sizes.items(), run.T, strict=True):
-        most = float(np.max(np.abs(column), initial=0.0))
-        if most > BOUND * abs(size.si):
+        largest = float(np.max(np.abs(column), initial=0.0))
+        if largest > BOUND * abs(size.si):
             raise PlantError(
                 "the simulation grows without bound",
                 f"{task.file.name} on {task.record.name}",
                 f"{name} within {BOUND:g} times its size, {size.value:g} {size.unit}",
-                f"{most:.3g} {size.si_unit}",
+                f"{largest:.3g} {size.si_unit}",
                 "take a smaller step, or the other interface of an FMU; or correct the size",
             )
 

@@ -1,1 +1,1 @@
-"""Without the library: free curves at every place, and where something is missing."""
+"""Location of a mismatch without the library: free curves at all injection points."""

@@ -1,12 +1,12 @@
-"""Whether named effects suffice: by the share of the error that a free curve could still take.
+"""Adequacy of named effects, from the residual share that a free curve can still explain.
 
-Nats grow with the number of samples and with the smallness of the noise. Where a circuit is
-recorded with one part in ten thousand, what is left of a right name is worth hundreds of nats, and
-still is next to nothing of what the name explains. So what is left is weighed against what is
-explained, in nats and in plain mean squares: names suffice where no free curve could take more than
-LEFT of what the names took, in one of the two.
+The log-likelihood gain grows with the number of samples and with decreasing noise. Where a circuit
+is recorded with a precision of 1e-4, the residual of a correct effect can be worth hundreds of nats
+and still be negligible beside what the effect explains. So the remaining gain is compared with the
+explained gain, in nats and in mean squares. Named effects are adequate where no free curve explains
+more than LEFT of what they explain, in at least one of the two measures.
 
-    rest = b, without names; n, with them; c, with them and the curve:
+    residual norms b, without named effects; n, with them; c, with them and the curve:
     (n^2 - c^2) <= LEFT (b^2 - c^2)
 """
 
@@ -21,14 +21,14 @@ from slipbench.identification.mismatch.fit.stack import Nuisances, whiten_and_st
 from slipbench.identification.mismatch.fit.whitening import whitener
 
 LEFT = 0.05
-"""Share of what names explain that a free curve may find beside them."""
+"""Residual share, relative to what named effects explain, up to which they are adequate."""
 
 
 @dataclass(frozen=True)
 class Remainder:
-    """What names leave to a free curve: a share of what they explain.
+    """Improvement by a free curve, relative to what named effects explain.
 
-    share: in mean squares. nats: in log-likelihood.
+    share: ratio of mean squares. nats: ratio of log-likelihood gains.
     """
 
     curve: Curve
@@ -37,41 +37,49 @@ class Remainder:
 
     @property
     def small(self) -> bool:
-        """Whether the names suffice all the same."""
+        """Whether the named effects are adequate."""
         return min(self.share, self.nats) <= LEFT
 
     @property
     def lesser(self) -> bool:
-        """Whether the names explain more, in nats, than they leave."""
+        """Whether the named effects gain more log-likelihood than the curve."""
         return self.nats < 1.0
 
 
 def remainder(base: Fit, named: Fit, curves: Iterable[Curve]) -> Remainder | None:
-    """Return the largest of what certain curves could still take; None where there is none.
+    """Return the largest improvement by a significant curve; None where there is none.
 
-    base: without names; named: with them; curves: found in what `named` leaves.
+    base: fit without named effects; named: fit with them; curves: located in the residuals of
+    `named`.
     """
     linear = Linearization.of(named)
-    found = [_weighed(base, linear, c) for c in curves if c.certain]
-    return max(found, key=lambda r: r.share, default=None)
+    remainders = [_remainder_of(base, linear, c) for c in curves if c.certain]
+    return max(remainders, key=lambda r: r.share, default=None)
 
 
-def _weighed(base: Fit, linear: Linearization, curve: Curve) -> Remainder:
-    """Every output counts in its own root mean square, as the names leave it.
+def _remainder_of(base: Fit, linear: Linearization, curve: Curve) -> Remainder:
+    """Return the improvement by one curve.
 
-    All are taken off what may vary without meaning anything, so that no bad calibration counts as
-    explained.
+    Each output is normalized by the root mean square of its residual with named effects. Nuisances
+    are projected out of all terms, so that a calibration error does not count as explained.
     """
     fit = linear.fit
-    even = [whitener(rest, order=0) for rest in fit.residuals]
-    free, bare = (
-        Nuisances(whiten_and_stack(f.model, even, f.slopes) * f.slope_ratio) for f in (fit, base)
+    scalings = [whitener(of_group, order=0) for of_group in fit.residuals]
+    nuisances, base_nuisances = (
+        Nuisances(whiten_and_stack(f.model, scalings, f.slopes) * f.slope_ratio)
+        for f in (fit, base)
     )
-    before = bare.project_out(whiten_and_stack(base.model, even, base.residuals))
-    now = free.project_out(whiten_and_stack(fit.model, even, fit.residuals))
-    trace = free.project_out(whiten_and_stack(fit.model, even, effect_of(linear, curve)))
-    taken = float(trace @ now) ** 2 / max(float(trace @ trace), 1e-300)
-    explained = float(before @ before) - (float(now @ now) - taken)
-    share = taken / explained if explained > taken else 1.0
+    residual_before = base_nuisances.project_out(
+        whiten_and_stack(base.model, scalings, base.residuals)
+    )
+    residual_now = nuisances.project_out(whiten_and_stack(fit.model, scalings, fit.residuals))
+    response = nuisances.project_out(
+        whiten_and_stack(fit.model, scalings, effect_of(linear, curve))
+    )
+    removed = float(response @ residual_now) ** 2 / max(float(response @ response), 1e-300)
+    explained = float(residual_before @ residual_before) - (
+        float(residual_now @ residual_now) - removed
+    )
+    share = removed / explained if explained > removed else 1.0
     nats = curve.log_likelihood_gain / max(fit.score - base.score, 1e-300)
     return Remainder(curve, share, nats)

@@ -1,4 +1,4 @@
-"""A free curve f(z) at a place, with what recordings say of it."""
+"""A free curve f(z) at an injection point, with its log-likelihood gains and p-value."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,11 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True)
 class Curve:
-    """f(z) at a place. knots: of z, SI; values: of f, SI; gain, confirmed: nats.
+    """f(z) at an injection point. knots: of z, SI; values: of f, SI.
 
-    tested: nats that the curve would be worth on the held-out recordings if it were right. p: that
-    what it foretells came by chance, family-wise over all curves and the library.
+    log_likelihood_gain, confirmed: on the training and the held-out recordings, nats. tested:
+    expected gain of a correct curve on the held-out recordings, nats. p: p-value of its
+    out-of-sample prediction, family-wise over all curves and the library.
     """
 
     place: str
@@ -28,14 +29,14 @@ class Curve:
 
     @property
     def kind(self) -> str:
-        """What its regressor begins with (see `along.kind_of`)."""
+        """Kind of the regressor (see `regressor.kind_of`)."""
         return kind_of(self.regressor)
 
     @property
     def certain(self) -> bool:
-        """Whether it is more than chance, and the held-out recordings do not contradict it."""
+        """Whether it is significant and not contradicted by the held-out recordings."""
         return self.p < FAMILY
 
     def __call__(self, z: Floats, step: float = 1.0) -> Floats:
-        """Evaluate f along a course; beyond the last knots it goes on level. step: s, of a row."""
+        """Evaluate f on a waveform, constant beyond the end knots. step: period of a row, s."""
         return course(self.regressor, z, self.knots, self.values, step)

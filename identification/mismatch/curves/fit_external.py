@@ -1,6 +1,6 @@
-"""A curve that the simulation does not know: pushed as an input along its quantity.
+"""External-input spline: a curve that the model does not contain, injected as an input.
 
-The quantity is taken anew until it is that of the simulation in which the curve acts.
+Its regressor is re-evaluated until it is that of the simulation in which the curve acts.
 """
 
 from collections.abc import Mapping
@@ -24,24 +24,29 @@ from slipbench.plant.signals import Floats
 
 ROUNDS = 6
 PASSES = 3
-"""How often a pushed curve's quantity is taken anew until it is that of its own simulation."""
+"""Fixed-point iterations between an injected curve and its simulated regressor."""
 SHARES = (1.0, 0.6, 0.3)
-"""Of the way to what a fit asks for; a curve that changes its own quantity goes not all of it."""
+"""Candidate step fractions: a curve that changes its own regressor needs a damped step."""
 FURTHER = 0.1
-"""Share of what the first brings on the held-out recordings that another must bring there."""
+"""Minimum gain of a further curve or iteration, relative to the first one."""
 
 
 def spline_in(base: Fit, curve: Curve) -> Fit | None:
-    """Fit a curve as a course of pushes, its quantity taken anew as long as that helps much."""
+    """Fit a curve as an input disturbance and update its regressor while that improves the fit.
+
+    None where it does not improve the fit.
+    """
     place = injection_of(base, curve)
     assert place is not None
     knots = curve.knots if curve.kind == TURN else finer(curve.regressor, curve.knots)
-    pushed = InputSpline.beside(base, place, curve.regressor, knots)
+    spline = InputSpline.beside(base, place, curve.regressor, knots)
     best = base
     for _ in range(ROUNDS):
         try:
-            led = renoised(at_fixed_noise(with_effects(best, (*base.candidates, pushed)), 3))
-            fits = [_consistent(led, pushed.towards(pushing(led), share)) for share in SHARES]
+            refitted = renoised(at_fixed_noise(with_effects(best, (*base.candidates, spline)), 3))
+            fits = [
+                _consistent(refitted, spline.towards(pushing(refitted), share)) for share in SHARES
+            ]
         except PlantError:
             break
         fit = max(fits, key=lambda f: f.score)
@@ -51,72 +56,72 @@ def spline_in(base: Fit, curve: Curve) -> Fit | None:
         best = fit
         if gained < FURTHER * before:
             break
-        pushed = pushing(best).refreshed(best)
+        spline = pushing(best).refreshed(best)
     return best if best is not base else None
 
 
-def _consistent(fit: Fit, pushed: InputSpline) -> Fit:
-    """Return the fit with a curve along what the simulation does when the curve acts in it."""
+def _consistent(fit: Fit, spline: InputSpline) -> Fit:
+    """Return the fit with a curve whose regressor is that of the simulation with the curve."""
     others = fit.candidates[:-1]
     for _ in range(PASSES):
-        fit = with_effects(fit, (*others, pushed))
-        pushed = pushed.with_quantities_of(fit)
-    return with_effects(fit, (*others, pushed))
+        fit = with_effects(fit, (*others, spline))
+        spline = spline.with_quantities_of(fit)
+    return with_effects(fit, (*others, spline))
 
 
 def pushing(fit: Fit) -> InputSpline:
-    """Return the curve that is pushed."""
-    pushed = fit.candidates[-1]
-    assert isinstance(pushed, InputSpline)
-    return pushed
+    """Return the injected curve of a fit."""
+    spline = fit.candidates[-1]
+    assert isinstance(spline, InputSpline)
+    return spline
 
 
 def standing(base: Fit, rough: Fit, held_out: Model | None) -> FreeCurve:
-    """Let pushes stand in the simulation of both sets of recordings, and settle the rest."""
-    pushed = pushing(rough)
-    place = pushed.injection
-    told = Curve(
+    """Fix the injected curve in the simulations of both sets and refit all other parameters."""
+    spline = pushing(rough)
+    place = spline.injection
+    curve = Curve(
         place.name,
         place.block,
         place.unit,
-        pushed.regressor,
-        pushed.knots,
-        pushed.values,
+        spline.regressor,
+        spline.knots,
+        spline.values,
         0.0,
         0.0,
         0.0,
         0.0,
     )
-    fit = optimize(relinearized(_with(base, rough, place, told)))
+    fit = optimize(relinearized(_with_curve(base, rough, place, curve)))
     if held_out is None:
-        return FreeCurve(told, fit, fit.score - base.score, 0.0, None)
-    confirmed, proven = _confirmed(base, fit, place, told, held_out)
-    return FreeCurve(told, fit, fit.score - base.score, confirmed, proven)
+        return FreeCurve(curve, fit, fit.score - base.score, 0.0, None)
+    confirmed, held_out_model = _confirmed(base, fit, place, curve, held_out)
+    return FreeCurve(curve, fit, fit.score - base.score, confirmed, held_out_model)
 
 
 def _confirmed(
     base: Fit, best: Fit, place: InjectionPoint, curve: Curve, held_out: Model
 ) -> tuple[float, Model]:
-    """Return what a curve gains on the held-out recordings, and the model in which it acts there.
+    """Return the gain of a curve on the held-out recordings, nats, and the held-out model with it.
 
-    Its quantity there is taken anew with the curve acting, as often as it was in the fit.
+    Its regressor there is updated with the curve acting, as often as in the fit.
     """
     before = refit_on(base, held_out)
-    there = replace(refit_on(replace(best, model=base.model), held_out), candidates=())
+    after = replace(refit_on(replace(best, model=base.model), held_out), candidates=())
     for _ in range(PASSES):
-        there = optimize(_with(before, there, place, curve))
-    there = replace(there, candidates=best.candidates)
-    return there.score - before.score, there.model
+        after = optimize(_with_curve(before, after, place, curve))
+    after = replace(after, candidates=best.candidates)
+    return after.score - before.score, after.model
 
 
-def _with(base: Fit, at: Fit, place: InjectionPoint, curve: Curve) -> Fit:
-    """Return the fit of `base` at the point of another with the curve acting in its simulation.
+def _with_curve(base: Fit, at: Fit, place: InjectionPoint, curve: Curve) -> Fit:
+    """Return the fit of `base` at the point of fit `at`, with the curve acting in its simulation.
 
-    The curve goes along what that other fit's simulation shows.
+    The regressor of the curve is that simulated by `at`.
     """
-    there = base.model.injected or ({},) * len(base.model.records)
+    existing = base.model.injected or ({},) * len(base.model.records)
     injected = tuple(
-        _sum(before, injected_rows(at, r, place, curve)) for r, before in enumerate(there)
+        _sum(before, injected_rows(at, r, place, curve)) for r, before in enumerate(existing)
     )
     model = replace(base.model, injected=injected)
     effects = tuple(e for e in at.point.effects if not isinstance(e, InputDisturbance))
@@ -126,12 +131,14 @@ def _with(base: Fit, at: Fit, place: InjectionPoint, curve: Curve) -> Fit:
 
 
 def _sum(one: Mapping[str, Floats], other: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return both sets of columns, added where they share one."""
+    """Return both sets of columns, added where both contain a column."""
     return {**one, **{k: v + one[k] if k in one else v for k, v in other.items()}}
 
 
 def injected_rows(fit: Fit, r: int, place: InjectionPoint, curve: Curve) -> dict[str, Floats]:
-    """Return the inputs by which a curve acts, row by row."""
+    """Return the input disturbances of a curve in one record, (rows,) each."""
     record = fit.model.records[r]
-    seen = regressors(fit, place.subsystem, r)[curve.regressor]
-    return fit.model.at(fit.point).input_disturbance(place, record, curve(seen, record.grid.step))
+    waveform = regressors(fit, place.subsystem, r)[curve.regressor]
+    return fit.model.at(fit.point).input_disturbance(
+        place, record, curve(waveform, record.grid.step)
+    )

@@ -1,9 +1,10 @@
-"""None of the above: a located curve is put into the simulation itself and fitted there.
+"""Fit of a located free curve in the simulation, where no library effect explains the mismatch.
 
-Where the simulation knows a free curve at the place along the quantity, the curve is evaluated on
-its own motion, so that what the curve does acts back on what drives it, and its values are fitted
-jointly with everything that is uncertain. Knots move to where it bends. Elsewhere the curve acts
-as an input, evaluated along its recorded regressor. Then it meets the held-out recordings.
+Where the model supports a free curve with this injection point and regressor, the curve is an
+in-model spline: it is evaluated on the simulated regressor, so that its feedback is included, and
+its values are fitted jointly with all uncertain parameters. Knots are moved to the largest
+curvature. Otherwise the curve is an external-input spline over its regressor. The curve is then
+tested on the held-out recordings.
 """
 
 from collections.abc import Iterator, Sequence
@@ -38,52 +39,55 @@ from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 TRIED = 2
-"""Located curves that are tried inside the simulation."""
+"""Located curves that are fitted in the simulation."""
 AROUND = 5
-"""Places at which a push along the turn of an angle is tried."""
+"""Injection points at which a periodic curve of an angle is fitted."""
 BENDS = 2
-"""How often knots move to where the curve bends."""
+"""Number of knot refinements."""
 MOST = 3
-"""Curves that may stand in together."""
+"""Largest number of curves fitted together."""
 
 
 def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
-    """Put the best of the located curves into the simulation, and others beside it that help.
+    """Fit the best located curve in the simulation, and further curves that improve the fit.
 
-    None where all are of sensors.
+    None where all curves are of sensors.
     """
-    found = _one(base, curves, held_out)
+    found = _fit_one(base, curves, held_out)
     while found is not None and held_out is not None and len(found.beside) + 1 < MOST:
-        there = found.proven
-        assert there is not None
-        left = locate(Linearization.of(found.fit), Linearization.of(refit_on(found.fit, there)))
-        other = _one(found.fit, [c for c in left if c.certain], there)
+        model = found.proven
+        assert model is not None
+        located = locate(Linearization.of(found.fit), Linearization.of(refit_on(found.fit, model)))
+        other = _fit_one(found.fit, [c for c in located if c.certain], model)
         if other is None or other.confirmed < max(CONFIRMED, FURTHER * found.confirmed):
             break
         found = found.with_another(other)
     return found
 
 
-def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
-    """Fit the best of the located curves beside those that are there already."""
+def _fit_one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
+    """Fit the best located curve beside the curves already in the fit."""
     rough = base.coarse
     chosen = _chosen(base, curves)
-    tried = [
-        (start, fit) for start in _starts(rough) for curve in chosen for fit in _tried(start, curve)
+    candidates = [
+        (start, fit)
+        for start in _starts(rough)
+        for curve in chosen
+        for fit in _candidate_fits(start, curve)
     ]
-    if not tried:
+    if not candidates:
         return None
-    start, best = max(tried, key=lambda t: t[1].score)
+    start, best = max(candidates, key=lambda t: t[1].score)
     if isinstance(best.candidates[-1], InputSpline):
         return standing(base, best, held_out)
-    around = newest(best).told().kind == TURN
-    for _ in range(0 if around else BENDS):
-        again = simulated(start, refined_knots(newest(best).told()))
-        if again is None or again.score < best.score:
+    periodic = newest(best).told().kind == TURN
+    for _ in range(0 if periodic else BENDS):
+        refined = simulated(start, refined_knots(newest(best).told()))
+        if refined is None or refined.score < best.score:
             break
-        best = again
+        best = refined
     best = best.fine(base.model)
-    best = refit_with_updated_jacobian(best) if around else optimize(relinearized(best))
+    best = refit_with_updated_jacobian(best) if periodic else optimize(relinearized(best))
     confirmed = 0.0
     if held_out is not None:
         confirmed = refit_on(best, held_out).score - refit_on(base, held_out).score
@@ -91,9 +95,9 @@ def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurv
 
 
 def _starts(rough: Fit) -> Iterator[Fit]:
-    """Yield where a curve is fitted from: also beside the file's numbers, if parameters are far from their priors.
+    """Yield the starting points: the fit itself and, if it is far from its prior, the prior mean.
 
-    What made up for something missing stays where it went, and leaves a curve little to do.
+    Parameters that compensate for a missing effect would otherwise keep their biased values.
     """
     yield rough
     if far_from_prior(rough):
@@ -104,42 +108,43 @@ def _starts(rough: Fit) -> Iterator[Fit]:
 
 
 def _chosen(base: Fit, curves: Sequence[Curve]) -> list[Curve]:
-    """Return the first curves, and at the first's place the first of each further kind.
+    """Return the first curves, and the first of each further kind at the first injection point.
 
-    What repeats with every turn is first sought at a wheel's teeth, and may as well push the wheel.
+    A periodic curve of an angle is located at the teeth of a wheel first; a torque on the wheel is
+    an alternative.
     """
-    there = [c for c in curves if injection_of(base, c) is not None]
+    injectable = [c for c in curves if injection_of(base, c) is not None]
     if curves and curves[0].certain and curves[0].kind == TURN:
-        turning = [c for c in there if c.kind == TURN]
+        turning = [c for c in injectable if c.kind == TURN]
         if turning:
             return turning[:AROUND]
-    certain = [c for c in there if c.certain]
-    if not certain:
-        return there[:1]
-    same = [c for c in certain if c.place == certain[0].place]
-    first_of_kind = {c.kind: c for c in reversed(same)}
-    return list({id(c): c for c in (*certain[:TRIED], *first_of_kind.values())}.values())
+    significant = [c for c in injectable if c.certain]
+    if not significant:
+        return injectable[:1]
+    same_point = [c for c in significant if c.place == significant[0].place]
+    first_of_kind = {c.kind: c for c in reversed(same_point)}
+    return list({id(c): c for c in (*significant[:TRIED], *first_of_kind.values())}.values())
 
 
-def _tried(rough: Fit, curve: Curve) -> Iterator[Fit]:
+def _candidate_fits(rough: Fit, curve: Curve) -> Iterator[Fit]:
     if not simulable(rough, curve):
         fit = spline_in(rough, curve)
     elif curve.kind == TURN:
-        fit = _around(rough, curve)
+        fit = _fit_periodic(rough, curve)
     else:
         fit = _with_knots(rough, curve, with_many_knots(curve.knots))
     if fit is not None:
         yield fit
 
 
-def _around(rough: Fit, curve: Curve) -> Fit | None:
-    """Fit a curve around a turn, of as many orders as bring what more knots must bring."""
+def _fit_periodic(rough: Fit, curve: Curve) -> Fit | None:
+    """Fit a periodic curve of an angle; orders are added while the gain justifies the knots."""
     best, count = None, 0
-    for many in ROUNDS:
-        fit = _with_knots(rough, curve, evenly_round(many))
-        if fit is None or (best and fit.score - best.score < enough(many - count)):
+    for knot_count in ROUNDS:
+        fit = _with_knots(rough, curve, evenly_round(knot_count))
+        if fit is None or (best and fit.score - best.score < enough(knot_count - count)):
             break
-        best, count = fit, many
+        best, count = fit, knot_count
     return best
 
 

@@ -1,4 +1,4 @@
-"""Free curves that stand in the simulation."""
+"""Free curves fitted in the simulation."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,11 @@ from slipbench.identification.mismatch.simulation.model import Model
 
 @dataclass(frozen=True, eq=False)
 class FreeCurve:
-    """Curves inside the simulation. gain, confirmed: nats on training and held-out runs.
+    """Curves in the simulation.
 
-    curve: the first, as it was by itself; beside: those that take up what it leaves. proven: the
-    held-out model with which `fit` meets the held-out recordings.
+    curve: the first, as fitted alone; beside: further curves, fitted to its residuals.
+    log_likelihood_gain, confirmed: on the training and the held-out recordings, nats. proven: model
+    of the held-out recordings for `fit`.
     """
 
     curve: Curve
@@ -23,7 +24,7 @@ class FreeCurve:
     beside: tuple[Curve, ...] = ()
 
     def with_another(self, other: "FreeCurve") -> "FreeCurve":
-        """Return both, the other fitted beside this one."""
+        """Return both; the other curve was fitted beside this one."""
         return FreeCurve(
             self.curve,
             other.fit,

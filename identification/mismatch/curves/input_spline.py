@@ -1,7 +1,8 @@
-"""A free curve fitted as a course of pushes, where the simulation has no curve of that kind.
+"""External-input spline: a free curve fitted as an input disturbance.
 
-Its quantity is taken from the simulation once; what the curve does to its own quantity comes in
-when it is taken again. The slopes are those of located curves, the simulation itself decides.
+It is used where the model has no curve of that kind. Its regressor is taken from the simulation
+once; the effect of the curve on its own regressor enters when the regressor is updated.
+Sensitivities are those of located curves; the score is that of the simulation.
 """
 
 from collections.abc import Mapping
@@ -24,18 +25,18 @@ from slipbench.plant.signals import Floats
 
 DIFFERENCE_STEP = 0.1
 LOOSE = 5.0
-"""Prior deviation of a value, in pushes worth trying at its place."""
+"""Prior deviation of a value, relative to the typical disturbance at its injection point."""
 SPREADS = (0.03, 0.1, 0.3, 1.0, 3.0, LOOSE)
-"""Prior deviations among which the recordings choose."""
+"""Candidate prior deviations; the one with the largest evidence is selected."""
 
 
 @dataclass(frozen=True, eq=False)
 class InputSpline(Hypothesis):
-    """A curve with its values as dials, in pushes worth trying at its place.
+    """A curve with its values as parameters, relative to the typical disturbance at its point.
 
-    quantities: its quantity in every record, (rows,) each; unit: of each value, in the place's unit
-    over the quantity's, so that a dial of one pushes as much as is worth trying; answers: see
-    `Hypothesis`. spread: prior deviation of the dials.
+    quantities: its regressor in every record, (rows,) each; unit: scale of each value, in the unit
+    of the disturbance over that of the regressor, so that 1 is a typical disturbance; answers: see
+    `Hypothesis`. spread: prior deviation of the parameters.
     """
 
     system: System
@@ -53,94 +54,94 @@ class InputSpline(Hypothesis):
     def beside(
         cls, fit: Fit, place: InjectionPoint, regressor: str, knots: Floats
     ) -> "InputSpline":
-        """Let it act along its quantity as a fit shows it.
+        """Return a spline of zeros over its regressor as simulated by a fit.
 
-        What repeats every turn is too quick for answers to pushes in whole bins, and shows in the
-        pattern of a wheel's teeth, which they do not cover.
+        A periodic curve of an angle has no linear responses: it is too fast for impulse responses
+        in bins, and it affects the tooth pattern of a wheel, which they do not include.
         """
-        along = _along(fit, place, regressor)
+        waveforms = _regressor_of(fit, place, regressor)
         unit = place.size / np.maximum(
-            half_range(regressor, np.concatenate(along, -1), knots), 1e-300
+            half_range(regressor, np.concatenate(waveforms, -1), knots), 1e-300
         )
         model, parameters = fit.model, (0.0,) * knots.size
         system = model.at(fit.point)
-        new = cls(system, model.records, place, regressor, knots, along, unit, parameters, None)
+        new = cls(system, model.records, place, regressor, knots, waveforms, unit, parameters, None)
         new = replace(new, answers=new._responses(fit))
         return replace(
-            new, spread=new.spread if new.answers is None else _most_likely(fit, new.answers)
+            new, spread=new.spread if new.answers is None else _best_spread(fit, new.answers)
         )
 
     def refreshed(self, fit: Fit) -> "InputSpline":
-        """Return it along its quantity as another fit shows it."""
-        along = _along(fit, self.injection, self.regressor)
-        return replace(self, quantities=along, answers=self._responses(fit))
+        """Return it with the regressor and the responses of another fit."""
+        waveforms = _regressor_of(fit, self.injection, self.regressor)
+        return replace(self, quantities=waveforms, answers=self._responses(fit))
 
     def with_quantities_of(self, fit: Fit) -> "InputSpline":
-        """Return it along its quantity as another fit shows it, its answers kept."""
-        return replace(self, quantities=_along(fit, self.injection, self.regressor))
+        """Return it with the regressor of another fit, responses unchanged."""
+        return replace(self, quantities=_regressor_of(fit, self.injection, self.regressor))
 
     def towards(self, other: "InputSpline", share: float) -> "InputSpline":
-        """Return it with its values moved a share of the way to another's."""
+        """Return it with its values moved by a fraction of the difference to another spline."""
         return self.moved(share * (np.array(other.parameters) - np.array(self.parameters)))
 
     def _responses(self, fit: Fit) -> Series | None:
         if kind_of(self.regressor) == TURN:
             return None
-        told = responses_along(fit, self.injection, self.regressor, self.knots)
-        return [[one * self.unit if one.size else one for one in block] for block in told]
+        responses = responses_along(fit, self.injection, self.regressor, self.knots)
+        return [[one * self.unit if one.size else one for one in block] for block in responses]
 
     @property
     def name(self) -> str:
-        """Where it acts and along what."""
+        """Injection point and regressor."""
         return f"{self.injection.name} along {self.regressor}"
 
     @property
     def deviations(self) -> tuple[float, ...]:
-        """As wide as the recordings speak for."""
+        """Prior deviation of each parameter, (p,): that of the largest evidence."""
         return (self.spread,) * len(self.parameters)
 
     @property
     def difference_steps(self) -> tuple[float, ...]:
-        """Of the size worth trying."""
+        """Finite-difference step of each parameter, (p,)."""
         return (DIFFERENCE_STEP,) * len(self.parameters)
 
     @property
     def values(self) -> Floats:
-        """The curve at its knots, in the place's unit."""
+        """Values of the curve at its knots, in the unit of the injection point."""
         return np.asarray(self.unit * np.array(self.parameters))
 
     def effect(self) -> InputDisturbance:
-        """Return its pushes, row by row."""
-        courses = tuple(map(self._columns, self.records, self.quantities))
-        return InputDisturbance(self.injection.subsystem, courses)
+        """Return its input disturbance, row by row."""
+        disturbances = tuple(map(self._columns, self.records, self.quantities))
+        return InputDisturbance(self.injection.subsystem, disturbances)
 
-    def _columns(self, record: Record, along: Floats) -> Mapping[str, Floats]:
-        pushes = course(self.regressor, along, self.knots, self.values, record.grid.step)
-        return self.system.input_disturbance(self.injection, record, pushes)
+    def _columns(self, record: Record, z: Floats) -> Mapping[str, Floats]:
+        waveform = course(self.regressor, z, self.knots, self.values, record.grid.step)
+        return self.system.input_disturbance(self.injection, record, waveform)
 
     def moved(self, step: Floats) -> "InputSpline":
-        """Return it with other values."""
+        """Return it after a step of its parameters, (p,)."""
         return replace(self, parameters=tuple(float(d) for d in np.array(self.parameters) + step))
 
 
-def _along(fit: Fit, place: InjectionPoint, regressor: str) -> tuple[Floats, ...]:
+def _regressor_of(fit: Fit, place: InjectionPoint, regressor: str) -> tuple[Floats, ...]:
     records = range(len(fit.model.records))
     return tuple(regressors(fit, place.subsystem, r)[regressor] for r in records)
 
 
-def _most_likely(fit: Fit, answers: Series) -> float:
-    """Return the prior deviation of many dials for which the recordings speak most.
+def _best_spread(fit: Fit, responses: Series) -> float:
+    """Return the prior deviation of the parameters that maximizes the evidence.
 
-    The evidence of a linear model with normal values (MacKay, Neural Computation 4 (1992) 415):
-    values that the recordings hardly tell stay small, and are not fitted to noise.
+    The evidence is that of a linear model with Gaussian parameters (MacKay, Neural Computation 4
+    (1992) 415): poorly determined values stay small and are not fitted to noise.
     """
     linear = Linearization.of(fit)
-    off = linear.nuisances.project_out(whiten_and_stack(fit.model, fit.noise, answers))
-    normal, aim = off.T @ off, off.T @ linear.residuals
-    return max(SPREADS, key=lambda spread: _evidence(normal, aim, spread))
+    projected = linear.nuisances.project_out(whiten_and_stack(fit.model, fit.noise, responses))
+    normal, gradient = projected.T @ projected, projected.T @ linear.residuals
+    return max(SPREADS, key=lambda spread: _evidence(normal, gradient, spread))
 
 
-def _evidence(normal: Floats, aim: Floats, spread: float) -> float:
-    held = normal + np.eye(aim.size) / spread**2
-    _, size = np.linalg.slogdet(held * spread**2)
-    return 0.5 * float(aim @ np.linalg.solve(held, aim)) - 0.5 * float(size)
+def _evidence(normal: Floats, gradient: Floats, spread: float) -> float:
+    posterior = normal + np.eye(gradient.size) / spread**2
+    _, log_det = np.linalg.slogdet(posterior * spread**2)
+    return 0.5 * float(gradient @ np.linalg.solve(posterior, gradient)) - 0.5 * float(log_det)

@@ -1,9 +1,10 @@
-"""Locate without the library: at every place, along every quantity, a free curve f(z).
+"""Location of a mismatch without the library, by free curves f(z).
 
-f is a broken line over seven knots. Its gain on the training recordings, and what the same curve
-gains on the held-out ones, say where something is missing and along what. How certain that is, is
-told by what the curve foretells: in every stretch of the training recordings the curve that the
-other stretches give, and on the held-out recordings the curve itself.
+A curve is fitted at each injection point over each regressor z; f is piecewise linear over seven
+knots. The injection point and the regressor of the mismatch follow from the log-likelihood gains on
+the training and the held-out recordings. Significance is tested by out-of-sample prediction: in
+each fold of the training recordings by the curve fitted to the other folds (cross-validation), on
+the held-out recordings by the curve itself.
 """
 
 from collections.abc import Iterator
@@ -34,7 +35,10 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True)
 class _Held:
-    """What a curve does on held-out recordings: nats, nats if it were right, whitened course."""
+    """Result of a curve on held-out recordings.
+
+    gain: nats; worth: expected gain of a correct curve, nats; course: whitened response, (rows,).
+    """
 
     gain: float = 0.0
     worth: float = 0.0
@@ -42,26 +46,35 @@ class _Held:
 
 
 def locate(training: Linearization, held_out: Linearization | None) -> list[Curve]:
-    """Fit every curve; the best first, by what both sets of recordings say together.
+    """Fit every curve; the best first, by the gains on both sets of recordings.
 
-    The curves of one place are judged together, and their courses are not kept beyond that.
+    The curves of one injection point are tested together; their responses are discarded afterwards
+    to limit memory. held_out: linearization of the held-out recordings, if there are any.
     """
-    here = Whitened(training.fit)
-    there = None if held_out is None else (held_out, Whitened(held_out.fit))
-    batches = chain(scan_curves(training, here), around_turns(training, here), at_teeth(training))
-    found = [curve for tries in batches for curve in _judged(training, there, tries)]
-    over_all = [replace(c, p=min(1.0, c.p * len(found) / (1.0 - SHARE))) for c in found]
-    return sorted(over_all, key=lambda c: (not c.certain, _doubt(c)))
+    training_whitened = Whitened(training.fit)
+    held_out_whitened = None if held_out is None else (held_out, Whitened(held_out.fit))
+    batches = chain(
+        scan_curves(training, training_whitened),
+        around_turns(training, training_whitened),
+        at_teeth(training),
+    )
+    found = [
+        curve
+        for candidates in batches
+        for curve in _tested_curves(training, held_out_whitened, candidates)
+    ]
+    corrected = [replace(c, p=min(1.0, c.p * len(found) / (1.0 - SHARE))) for c in found]
+    return sorted(corrected, key=lambda c: (not c.certain, _sort_key(c)))
 
 
-def _judged(
+def _tested_curves(
     training: Linearization,
     held_out: tuple[Linearization, Whitened] | None,
-    tries: list[CurveCandidate],
+    candidates: list[CurveCandidate],
 ) -> Iterator[Curve]:
-    """Yield the curves of one place; p as if each were the only one."""
-    held = [_Held()] * len(tries) if held_out is None else _confirmed(*held_out, tries)
-    for f, h in zip(tries, held, strict=True):
+    """Yield the curves of one injection point; p without correction for multiple tests."""
+    held = [_Held()] * len(candidates) if held_out is None else _confirmed(*held_out, candidates)
+    for f, h in zip(candidates, held, strict=True):
         p = _p(f, h, training, held_out[0] if held_out else None)
         yield Curve(
             f.place.name,
@@ -80,76 +93,83 @@ def _judged(
 def _p(
     found: CurveCandidate, held: _Held, training: Linearization, held_out: Linearization | None
 ) -> float:
-    """p of what a curve foretells; 1 where it brings too little or held-out runs contradict it.
+    """Return p of a curve's out-of-sample prediction.
 
-    Held-out recordings weigh as much as they would show of it.
+    It is 1 where the gain is too small or held-out recordings contradict the curve. Held-out
+    recordings are weighted by the size of the predicted response.
     """
     if found.cross_predicted is None or (held.worth >= CONFIRMED > held.gain):
         return 1.0
-    course, left, groups = found.cross_predicted, training.residuals, training.clusters
+    response, residuals, clusters = found.cross_predicted, training.residuals, training.clusters
     if held_out is not None and held.course is not None:
-        course = np.concatenate((course, held.course))
-        left = np.concatenate((left, held_out.residuals))
-        groups = np.concatenate((groups, held_out.clusters + 1 + groups.max()))
-    least = found.place.negligible * found.place.size / found.half_range
-    return amplitude_p(course, left, groups, training.fit.variance_inflation, least)
+        response = np.concatenate((response, held.course))
+        residuals = np.concatenate((residuals, held_out.residuals))
+        clusters = np.concatenate((clusters, held_out.clusters + 1 + clusters.max()))
+    negligible_amplitude = found.place.negligible * found.place.size / found.half_range
+    return amplitude_p(
+        response, residuals, clusters, training.fit.variance_inflation, negligible_amplitude
+    )
 
 
-def _doubt(curve: Curve) -> float:
-    """Order of curves: by their gain, held down by what the held-out recordings contradict."""
+def _sort_key(curve: Curve) -> float:
+    """Return the sort key of curves: the negative gain, limited by the held-out gain."""
     if curve.tested < CONFIRMED:
         return -0.5 * curve.log_likelihood_gain
     return -min(curve.log_likelihood_gain, 3.0 * curve.confirmed + 1e-3 * curve.log_likelihood_gain)
 
 
 def _confirmed(
-    linear: Linearization, whitened: Whitened, tries: list[CurveCandidate]
+    linear: Linearization, whitened: Whitened, candidates: list[CurveCandidate]
 ) -> list[_Held]:
-    """What the very same curves of one place do on other recordings."""
-    known, columns = _columns(linear, whitened, tries)
+    """Return the results of the fitted curves of one injection point on other recordings."""
+    known, columns = _columns(linear, whitened, candidates)
     if not known:
-        return [_Held()] * len(tries)
-    energy, push = linear.energy_and_correlation(columns)
+        return [_Held()] * len(candidates)
+    energy, correlations = linear.energy_and_correlation(columns)
     held: dict[int, _Held] = {}
-    for i, (number, e, along) in enumerate(zip(known, energy, push, strict=True)):
-        course = None
-        if tries[number].cross_predicted is not None:
-            course = linear.nuisances.project_out(columns[:, i])
-        held[number] = _Held(float(along - 0.5 * e), 0.5 * float(e), course)
-    return [held.get(i, _Held()) for i in range(len(tries))]
+    for i, (number, e, correlation) in enumerate(zip(known, energy, correlations, strict=True)):
+        response = None
+        if candidates[number].cross_predicted is not None:
+            response = linear.nuisances.project_out(columns[:, i])
+        held[number] = _Held(float(correlation - 0.5 * e), 0.5 * float(e), response)
+    return [held.get(i, _Held()) for i in range(len(candidates))]
 
 
 def _columns(
-    linear: Linearization, whitened: Whitened, tries: list[CurveCandidate]
+    linear: Linearization, whitened: Whitened, candidates: list[CurveCandidate]
 ) -> tuple[list[int], Floats]:
-    """Return which curves can act on these recordings, and what each leaves in them, (rows, k)."""
-    place = tries[0].place
-    if kind_of(tries[0].regressor) == TURN and (place.inputs or place in _discs(linear)):
-        found = _turning(linear, whitened, tries[0])
+    """Return the indices of the curves whose regressor exists, and their responses, (rows, k)."""
+    place = candidates[0].place
+    if kind_of(candidates[0].regressor) == TURN and (place.inputs or place in _discs(linear)):
+        found = _periodic_response(linear, whitened, candidates[0])
         return ([0], found[:, None]) if found is not None else ([], np.zeros((0, 0)))
-    seen = whitened.seen_by(place.subsystem)
-    known = [i for i, f in enumerate(tries) if f.regressor in seen[0][1]]
-    knots = {tries[i].regressor: tries[i].knots for i in known}
+    by_record = whitened.seen_by(place.subsystem)
+    known = [i for i, f in enumerate(candidates) if f.regressor in by_record[0][1]]
+    knots = {candidates[i].regressor: candidates[i].knots for i in known}
     if not known:
         return [], np.zeros((0, 0))
-    values = linalg.block_diag(*(place.size * tries[i].values[:, None] for i in known))
-    pushes = Waveforms([tents @ values for tents in whitened.along(place.subsystem, knots).pushes])
-    return known, whitened.columns(place, pushes)
+    values = linalg.block_diag(*(place.size * candidates[i].values[:, None] for i in known))
+    waveforms = Waveforms(
+        [tents @ values for tents in whitened.along(place.subsystem, knots).pushes]
+    )
+    return known, whitened.columns(place, waveforms)
 
 
 def _discs(linear: Linearization) -> list[InjectionPoint]:
     return [place for place, _ in discs(linear.fit)]
 
 
-def _turning(linear: Linearization, whitened: Whitened, found: CurveCandidate) -> Floats | None:
-    """What a curve around a turn leaves, (rows,); None: there is no such angle."""
+def _periodic_response(
+    linear: Linearization, whitened: Whitened, found: CurveCandidate
+) -> Floats | None:
+    """Return the whitened response of a periodic curve, (rows,); None where there is no angle."""
     fit, place = linear.fit, found.place
     if not place.inputs:
-        teeth = whiten_and_stack(fit.model, fit.noise, tooth_columns(fit, place))
-        return np.asarray(teeth @ found.values)
-    seen = whitened.seen_by(place.subsystem)
-    if found.regressor not in seen[0][1]:
+        tooth_responses = whiten_and_stack(fit.model, fit.noise, tooth_columns(fit, place))
+        return np.asarray(tooth_responses @ found.values)
+    by_record = whitened.seen_by(place.subsystem)
+    if found.regressor not in by_record[0][1]:
         return None
-    pushed = [place.size * found.values]
-    turned = simulated_responses(fit, place, found.regressor, found.knots, pushed, seen)
-    return whiten_and_stack(fit.model, fit.noise, turned)[:, 0]
+    values = [place.size * found.values]
+    responses = simulated_responses(fit, place, found.regressor, found.knots, values, by_record)
+    return whiten_and_stack(fit.model, fit.noise, responses)[:, 0]

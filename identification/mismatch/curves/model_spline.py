@@ -1,6 +1,7 @@
-"""A curve that the simulation knows: evaluated on its own motion, its values fitted as dials.
+"""In-model spline: a curve evaluated on the simulated regressor, with its values as parameters.
 
-What the curve does acts back on what drives it. Knots move to where it bends.
+The feedback of the curve on its own regressor is included. Knots are moved to where curvature is
+large.
 """
 
 from dataclasses import dataclass, replace
@@ -25,7 +26,10 @@ DIFFERENCE_STEP = 0.02
 
 @dataclass(frozen=True)
 class ModelSpline(Hypothesis):
-    """A curve with its values as dials, in pushes worth trying at its place. number: of several."""
+    """A curve with its values as parameters, relative to the typical disturbance at its point.
+
+    number: index of the curve in the model.
+    """
 
     system: System
     injection: InjectionPoint
@@ -35,87 +39,87 @@ class ModelSpline(Hypothesis):
 
     @property
     def name(self) -> str:
-        """Where it acts and along what."""
+        """Injection point and regressor."""
         return f"{self.injection.name} along {self.curve.regressor}"
 
     @property
     def deviations(self) -> tuple[float, ...]:
-        """Loose."""
+        """Prior deviation of each parameter, (p,): weak."""
         return (LOOSE,) * len(self.parameters)
 
     @property
     def difference_steps(self) -> tuple[float, ...]:
-        """Small beside a push worth trying."""
+        """Finite-difference step of each parameter, (p,)."""
         return (DIFFERENCE_STEP,) * len(self.parameters)
 
     def effect(self) -> Effect:
-        """Return the effect of the simulation."""
+        """Return the curve as an effect of the model."""
         values = self.injection.size * np.array(self.parameters)
-        found = self.system.curve(
+        effect_of_curve = self.system.curve(
             self.injection, self.curve.regressor, self.curve.knots, values, self.number
         )
-        assert found is not None
-        return found
+        assert effect_of_curve is not None
+        return effect_of_curve
 
     def half_widths(self, reach: Floats) -> dict[str, float]:
-        """Return the half widths of its values by key, SI. reach: those of its dials."""
+        """Return the half widths of its values by key, SI. reach: those of its parameters, (p,)."""
         owner = getattr(self.effect(), "owner", "")
         halves = self.injection.size * reach
         return {f"{owner}.{k}": float(h) for k, h in enumerate(halves)} if owner else {}
 
     def moved(self, step: Floats) -> "ModelSpline":
-        """Return it with other values."""
+        """Return it after a step of its parameters, (p,)."""
         return replace(self, parameters=tuple(float(d) for d in np.array(self.parameters) + step))
 
     def told(self) -> Curve:
-        """Return the curve with its values."""
+        """Return the curve with the fitted values."""
         return replace(self.curve, values=self.injection.size * np.array(self.parameters))
 
 
 def injection_of(base: Fit, curve: Curve) -> InjectionPoint | None:
-    """Return where a curve acts; None where nothing can be pushed there."""
+    """Return the injection point of a curve; None where no disturbance can be injected there."""
     return next((p for p in places(base) if p.name == curve.place), None)
 
 
 def simulable(base: Fit, curve: Curve) -> bool:
-    """Tell whether the simulation knows a curve at this place along this quantity."""
+    """Return whether the model supports a curve with this injection point and regressor."""
     place, knots = injection_of(base, curve), np.arange(float(KNOTS))
     system = base.model.system
     return place is not None and system.curve(place, curve.regressor, knots, knots, 0) is not None
 
 
 def simulated(base: Fit, curve: Curve) -> Fit | None:
-    """Fit a curve in the simulation; None where it does not know such a curve."""
+    """Fit a curve in the model; None where the model does not support it or the run fails."""
     place, system, number = injection_of(base, curve), base.model.system, len(base.candidates)
     if place is None or not simulable(base, curve):
         return None
-    bent = ModelSpline(
+    spline = ModelSpline(
         system, place, curve, tuple(float(v) for v in curve.values / place.size), number
     )
     try:
-        return renoised(at_fixed_noise(with_effects(base, (*base.candidates, bent)), 3))
+        return renoised(at_fixed_noise(with_effects(base, (*base.candidates, spline)), 3))
     except PlantError:
         return None
 
 
 def with_many_knots(knots: Floats) -> Floats:
-    """As many knots as a curve in the simulation has, spread like those given."""
+    """Return KNOTS knots, the number of a curve in the model, spaced like those given."""
     return np.interp(np.linspace(0.0, knots.size - 1.0, KNOTS), np.arange(knots.size), knots)
 
 
 def refined_knots(curve: Curve) -> Curve:
-    """Return the curve with knots nearer to each other where it bends."""
+    """Return the curve with denser knots where its curvature is large."""
     z, f = curve.knots, curve.values
-    bend = np.abs(np.diff(np.diff(f) / np.diff(z)))
-    mass = np.convolve(np.pad(bend, 1), (0.5, 0.5), "valid") + 1e-300
-    share = 0.5 * mass / mass.sum() + 0.5 * np.diff(z) / (z[-1] - z[0])
-    reached = np.concatenate(([0.0], np.cumsum(share)))
-    knots = np.interp(np.linspace(0.0, reached[-1], KNOTS), reached, z)
+    curvature = np.abs(np.diff(np.diff(f) / np.diff(z)))
+    density = np.convolve(np.pad(curvature, 1), (0.5, 0.5), "valid") + 1e-300
+    share = 0.5 * density / density.sum() + 0.5 * np.diff(z) / (z[-1] - z[0])
+    cumulative = np.concatenate(([0.0], np.cumsum(share)))
+    knots = np.interp(np.linspace(0.0, cumulative[-1], KNOTS), cumulative, z)
     return replace(curve, knots=knots, values=curve(knots))
 
 
 def newest(fit: Fit) -> ModelSpline:
-    """Return the curve that was put in last."""
-    bent = fit.candidates[-1]
-    assert isinstance(bent, ModelSpline)
-    return bent
+    """Return the curve that was added last."""
+    spline = fit.candidates[-1]
+    assert isinstance(spline, ModelSpline)
+    return spline

@@ -1,4 +1,4 @@
-"""Every curve fitted at every place to what the training recordings leave."""
+"""Screening: every curve fitted at every injection point to the residuals of the training set."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -20,18 +20,18 @@ from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.identification.mismatch.simulation.regressor import ANGLE, TURN, kind_of, knots_for
 from slipbench.plant.signals import Floats
 
-MINIMUM = 15.0  # nats, on the training recordings, beyond half the number of knots
+MINIMUM = 15.0  # nats on the training recordings, above half the number of knots
 FOLDS = 4
 RIDGE = 0.01
-"""Of a curve's values, in pushes worth trying: what holds a value that recordings hardly see."""
+"""Ridge regularization of curve values, relative to the typical disturbance."""
 
 
 @dataclass(frozen=True)
 class CurveCandidate:
-    """One curve at one place. values: f at the knots in shares of the place's size.
+    """One curve at one injection point. values: f at the knots, relative to the point's size.
 
-    half_range: how far its course goes up and down, half of it, in the place's unit. foretold: whitened
-    course, (rows,), of what other stretches foretell; None: too little gain.
+    half_range: of its waveform, in the unit of the injection point. cross_predicted: whitened
+    cross-validated response, (rows,), of the curves fitted to other folds; None: too little gain.
     """
 
     place: InjectionPoint
@@ -44,24 +44,26 @@ class CurveCandidate:
 
 
 def scan_curves(linear: Linearization, whitened: Whitened) -> Iterator[list[CurveCandidate]]:
-    """Fit every curve to what the training recordings leave; yield those of a place together.
+    """Fit every curve to the residuals of the training set; yield them by injection point.
 
-    Where columns would be too many to hold at once, a place comes several times.
+    An injection point occurs several times where its columns exceed the memory limit.
     """
     fit = linear.fit
-    everywhere = (*places(fit), *sensors_as_places(fit))
+    points = (*places(fit), *sensors_as_places(fit))
     for subsystem in fit.model.partition.subsystems:
-        seen = whitened.seen_by(subsystem)
-        knots = {n: knots_for(n, over_all(n, seen)) for n in seen[0][1] if kind_of(n) != TURN}
-        useful = {n: k for n, k in knots.items() if k.size > 2}
-        for some in _held_at_once(useful, len(linear.clusters)):
-            for place in everywhere:
+        by_record = whitened.seen_by(subsystem)
+        knots = {
+            n: knots_for(n, over_all(n, by_record)) for n in by_record[0][1] if kind_of(n) != TURN
+        }
+        varying = {n: k for n, k in knots.items() if k.size > 2}
+        for batch in _batches(varying, len(linear.clusters)):
+            for place in points:
                 if place.subsystem == subsystem:
-                    yield _at_place(linear, place, some, whitened)
+                    yield _at_place(linear, place, batch, whitened)
 
 
-def _held_at_once(knots: Mapping[str, Floats], rows: int) -> Iterator[dict[str, Floats]]:
-    """Yield the quantities in parts whose columns are not too large together."""
+def _batches(knots: Mapping[str, Floats], rows: int) -> Iterator[dict[str, Floats]]:
+    """Yield the regressors in batches whose columns stay within the memory limit."""
     part: dict[str, Floats] = {}
     for name, k in knots.items():
         if part and rows * (sum(map(np.size, part.values())) + k.size) > LARGEST:
@@ -75,104 +77,118 @@ def _held_at_once(knots: Mapping[str, Floats], rows: int) -> Iterator[dict[str, 
 def _at_place(
     linear: Linearization, place: InjectionPoint, knots: Mapping[str, Floats], whitened: Whitened
 ) -> list[CurveCandidate]:
-    """Fit the curves along these quantities at one place.
+    """Fit the curves over these regressors at one injection point.
 
-    Their columns are taken off the nuisances only where a curve gains enough to be foretold: for
-    its values, products with the nuisances suffice (see `Nuisances.inside`).
+    Nuisances are projected out of the columns only where the gain suffices for cross-validation:
+    for the values, products with the nuisances suffice (see `Nuisances.products`).
     """
     tents = whitened.along(place.subsystem, knots)
     columns = place.size * whitened.columns(place, tents)
-    aims = columns.T @ linear.residuals[: len(columns)]
-    inside, hidden = linear.nuisances.products(columns)
+    gradients = columns.T @ linear.residuals[: len(columns)]
+    correlations, coordinates = linear.nuisances.products(columns)
     found, first = [], 0
     for regressor, k in knots.items():
         part = slice(first, first + k.size)
         first += k.size
         own = columns[:, part]
-        normal = own.T @ own - inside[:, part].T @ hidden[:, part] + RIDGE * np.eye(k.size)
-        values = np.asarray(np.linalg.solve(normal, aims[part]))
-        gain = 0.5 * float(aims[part] @ values)
-        pushed = np.concatenate([h[:, part] for h in tents.pushes])
-        swing = _swing(place.size * pushed @ values)
-        predicted_held_out = None
+        normal = (
+            own.T @ own - correlations[:, part].T @ coordinates[:, part] + RIDGE * np.eye(k.size)
+        )
+        values = np.asarray(np.linalg.solve(normal, gradients[part]))
+        gain = 0.5 * float(gradients[part] @ values)
+        tent_waveforms = np.concatenate([h[:, part] for h in tents.pushes])
+        half_range = _half_range_of(place.size * tent_waveforms @ values)
+        cross_predicted = None
         if gain > enough(k.size):
-            off = linear.nuisances.subtract(own, hidden[:, part])
-            predicted_held_out = _cross_predicted(off, linear.residuals, linear.clusters)
-        found.append(CurveCandidate(place, regressor, k, values, gain, swing, predicted_held_out))
+            projected = linear.nuisances.subtract(own, coordinates[:, part])
+            cross_predicted = _cross_predicted(projected, linear.residuals, linear.clusters)
+        found.append(CurveCandidate(place, regressor, k, values, gain, half_range, cross_predicted))
     return found
 
 
 def around_turns(linear: Linearization, whitened: Whitened) -> Iterator[list[CurveCandidate]]:
-    """Fit what comes back at every turn of an angle, at every place.
+    """Fit a periodic curve of each angle at every injection point.
 
-    A turn takes but some bins, too few for answers to pushes in whole bins: each knot is simulated. A
-    sensor answers at once, whatever the bin.
+    A revolution takes only a few bins, so impulse responses in bins are too coarse: each knot is
+    simulated. A sensor responds without delay, so its response is exact in bins.
     """
     for place in (*places(linear.fit), *sensors_as_places(linear.fit)):
-        seen = whitened.seen_by(place.subsystem)
-        for turn in (n for n in seen[0][1] if kind_of(n) == TURN):
-            knots = knots_for(turn, over_all(turn, seen))
+        by_record = whitened.seen_by(place.subsystem)
+        for regressor in (n for n in by_record[0][1] if kind_of(n) == TURN):
+            knots = knots_for(regressor, over_all(regressor, by_record))
             if knots.size > 2 and place.inputs:
-                pushes = place.size * np.eye(knots.size)
-                series = simulated_responses(linear.fit, place, turn, knots, pushes, seen)
-                yield [_one(linear, place, turn, knots, series)]
-            elif knots.size > 2 and turn != ANGLE:  # a wheel's sensor is judged at its teeth
-                yield _at_place(linear, place, {turn: knots}, whitened)
+                values = place.size * np.eye(knots.size)
+                series = simulated_responses(linear.fit, place, regressor, knots, values, by_record)
+                yield [_periodic_candidate(linear, place, regressor, knots, series)]
+            elif knots.size > 2 and regressor != ANGLE:  # a wheel sensor is tested at its teeth
+                yield _at_place(linear, place, {regressor: knots}, whitened)
 
 
 def at_teeth(linear: Linearization) -> Iterator[list[CurveCandidate]]:
     """Fit one value for every tooth of every toothed wheel."""
     for place, angles in discs(linear.fit):
-        yield [_one(linear, place, ANGLE, angles, tooth_columns(linear.fit, place))]
+        yield [_periodic_candidate(linear, place, ANGLE, angles, tooth_columns(linear.fit, place))]
 
 
-def _one(
-    linear: Linearization, place: InjectionPoint, turn: str, angles: Floats, series: Series
+def _periodic_candidate(
+    linear: Linearization, place: InjectionPoint, regressor: str, angles: Floats, series: Series
 ) -> CurveCandidate:
-    """Fit values around a turn, from what a push worth trying at each angle brings."""
+    """Fit the values of a periodic curve from the responses to a typical disturbance per knot."""
     columns = whiten_and_stack(linear.fit.model, linear.fit.noise, series)
-    off = linear.nuisances.project_out(columns)
-    normal = off.T @ off + RIDGE * np.eye(angles.size)
-    aim = off.T @ linear.residuals
-    values = np.asarray(np.linalg.solve(normal, aim))
-    gain = 0.5 * float(aim @ values)
-    swing = _swing(place.size * values * _kept(columns @ values, off @ values))
-    return CurveCandidate(place, turn, angles, values, gain, swing, _course(linear, off, gain))
+    projected = linear.nuisances.project_out(columns)
+    normal = projected.T @ projected + RIDGE * np.eye(angles.size)
+    gradient = projected.T @ linear.residuals
+    values = np.asarray(np.linalg.solve(normal, gradient))
+    gain = 0.5 * float(gradient @ values)
+    half_range = _half_range_of(
+        place.size * values * _amplitude_ratio(columns @ values, projected @ values)
+    )
+    return CurveCandidate(
+        place,
+        regressor,
+        angles,
+        values,
+        gain,
+        half_range,
+        _cross_predicted_if_enough(linear, projected, gain),
+    )
 
 
-def _kept(course: Floats, off: Floats) -> float:
-    """Share of a course, of its amplitude, that the nuisances leave.
+def _amplitude_ratio(predicted: Floats, projected: Floats) -> float:
+    """Return the amplitude ratio of a response after and before projecting out the nuisances.
 
-    Along what is named already a curve may go anywhere at no cost; that says nothing of its size.
+    A component collinear with the nuisances is arbitrary, so it must not count in the half range.
     """
-    whole = float(course @ course)
-    return min(1.0, float(np.sqrt(off @ off / whole))) if whole > 0.0 else 1.0
+    energy = float(predicted @ predicted)
+    return min(1.0, float(np.sqrt(projected @ projected / energy))) if energy > 0.0 else 1.0
 
 
-def _swing(pushes: Floats) -> float:
-    return max(0.5 * float(np.ptp(pushes)), 1e-300)
+def _half_range_of(waveform: Floats) -> float:
+    return max(0.5 * float(np.ptp(waveform)), 1e-300)
 
 
-def _course(linear: Linearization, off: Floats, gain: float) -> Floats | None:
-    if gain <= enough(off.shape[1]):
+def _cross_predicted_if_enough(
+    linear: Linearization, projected: Floats, gain: float
+) -> Floats | None:
+    if gain <= enough(projected.shape[1]):
         return None
-    return _cross_predicted(off, linear.residuals, linear.clusters)
+    return _cross_predicted(projected, linear.residuals, linear.clusters)
 
 
 def enough(knots: int) -> float:
-    """Nats from which a curve is worth a closer look, and from which so many more knots are."""
+    """Return the minimum gain, nats, of a curve with a number of knots, or of additional knots."""
     return MINIMUM + 0.5 * knots
 
 
-def _cross_predicted(off: Floats, left: Floats, groups: Integers) -> Floats:
-    """Course in every fold of the stretches that the other folds give, (rows,)."""
-    course = np.zeros(len(left))
-    parts = [np.flatnonzero(groups % FOLDS == fold) for fold in range(FOLDS)]
-    own = [off[part] for part in parts]
+def _cross_predicted(projected: Floats, residuals: Floats, clusters: Integers) -> Floats:
+    """Return the cross-validated response, (rows,): each fold predicted from the other folds."""
+    predicted = np.zeros(len(residuals))
+    parts = [np.flatnonzero(clusters % FOLDS == fold) for fold in range(FOLDS)]
+    own = [projected[part] for part in parts]
     normals = [o.T @ o for o in own]
-    aims = [o.T @ left[part] for o, part in zip(own, parts, strict=True)]
+    gradients = [o.T @ residuals[part] for o, part in zip(own, parts, strict=True)]
     for fold, part in enumerate(parts):
         others = [i for i in range(FOLDS) if i != fold]
-        normal = sum((normals[i] for i in others), RIDGE * np.eye(off.shape[1]))
-        course[part] = own[fold] @ np.linalg.solve(normal, sum(aims[i] for i in others))
-    return course
+        normal = sum((normals[i] for i in others), RIDGE * np.eye(projected.shape[1]))
+        predicted[part] = own[fold] @ np.linalg.solve(normal, sum(gradients[i] for i in others))
+    return predicted

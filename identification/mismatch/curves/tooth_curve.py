@@ -1,4 +1,4 @@
-"""What repeats with the recorded angle of a wheel, without the library: a value for each tooth."""
+"""Tooth pattern of a wheel as a free curve of its angle: one value per tooth."""
 
 from collections.abc import Iterator
 
@@ -12,15 +12,15 @@ from slipbench.plant.signals import Floats
 
 SIZE = 1e-3  # of the relative speed
 COUNTS = 0.5
-"""Discs are cut to some hundredths of a millimetre; half of a run-out of 1e-3 is beyond that."""
+"""Smallest amplitude of interest, relative to SIZE: discs are cut to some hundredths of a mm."""
 
 
 def discs(fit: Fit) -> Iterator[tuple[InjectionPoint, Floats]]:
-    """Yield every toothed wheel as a place, with the angles of its teeth (rad)."""
+    """Yield every toothed wheel as an injection point, with the angles of its teeth, rad."""
     for block in fit.model.partition.groups:
         for output in block.outputs:
-            late = fit.model.records[0].sensors[output].offsets
-            if not block.order and late is not None:
+            offsets = fit.model.records[0].sensors[output].offsets
+            if not block.order and offsets is not None:
                 wheel = output.split("_")[0]
                 place = InjectionPoint(
                     f"{wheel} teeth",
@@ -30,17 +30,17 @@ def discs(fit: Fit) -> Iterator[tuple[InjectionPoint, Floats]]:
                     block.subsystem,
                     negligible=COUNTS,
                 )
-                yield place, evenly_round(late.shape[1])
+                yield place, evenly_round(offsets.shape[1])
 
 
 def tooth_columns(fit: Fit, place: InjectionPoint) -> Series:
-    """Answer of the pattern's rows to the value of each tooth, (T, 1, teeth)."""
-    found: Series = [[np.empty(0)] * len(fit.model.records) for _ in fit.model.partition.groups]
+    """Return the responses of tooth-pattern outputs to the value of each tooth, (T, 1, teeth)."""
+    responses: Series = [[np.empty(0)] * len(fit.model.records) for _ in fit.model.partition.groups]
     for b, block in enumerate(fit.model.partition.groups):
         if not block.order and block.name == place.block.replace("_", " "):
             for r, rows in enumerate(fit.model.measured[b]):
-                late = fit.model.records[r].sensors[block.outputs[0]].offsets
-                assert late is not None
-                eye = np.eye(late.shape[1]) * SIZE
-                found[b][r] = np.tile(eye, (len(rows) // len(eye), 1))[:, None, :]
-    return found
+                offsets = fit.model.records[r].sensors[block.outputs[0]].offsets
+                assert offsets is not None
+                eye = np.eye(offsets.shape[1]) * SIZE
+                responses[b][r] = np.tile(eye, (len(rows) // len(eye), 1))[:, None, :]
+    return responses

@@ -1,6 +1,6 @@
-"""What a curve at a place leaves in the outputs: answers to pushes, or simulations of them.
+"""Effect response of a curve at an injection point, by impulse responses or by simulation.
 
-A sensor is a place as well: it answers by itself, at once.
+A sensor is an injection point as well: it responds without simulation and without delay.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -29,70 +29,72 @@ from slipbench.identification.mismatch.simulation.sampling import Grid
 from slipbench.plant.signals import Floats
 
 RecordRegressors = list[tuple[Record, dict[str, Floats]]]
-"""Every record with quantities, row by row."""
+"""Every record with its regressors by name, (rows,) each."""
 
 
 def regressors(fit: Fit, subsystem: str, r: int) -> Mapping[str, Floats]:
-    """Waveforms of what the recording and the fitted simulation tell of one drive, (rows,) each."""
+    """Return the recorded and simulated waveforms of one subsystem by name, (rows,) each."""
     model = fit.model
-    added = acting(model, fit.point, r)
+    model_inputs = acting(model, fit.point, r)
     system, record, q = model.at(fit.point), model.records[r], fit.point.q[r]
-    return system.regressors(record, model.partition, subsystem, q, added)
+    return system.regressors(record, model.partition, subsystem, q, model_inputs)
 
 
 def seen_by(fit: Fit, subsystem: str) -> RecordRegressors:
-    """Every record with the regressors of a drive that all records have."""
-    courses = [regressors(fit, subsystem, r) for r in range(len(fit.model.records))]
-    shared = sorted(set.intersection(*(set(c) for c in courses)))
+    """Return every record with the regressors of a subsystem that all records contain."""
+    waveforms = [regressors(fit, subsystem, r) for r in range(len(fit.model.records))]
+    shared = sorted(set.intersection(*(set(c) for c in waveforms)))
     return [
         (record, {name: c[name] for name in shared})
-        for record, c in zip(fit.model.records, courses, strict=True)
+        for record, c in zip(fit.model.records, waveforms, strict=True)
     ]
 
 
-def over_all(name: str, seen: Sequence[tuple[Record, Mapping[str, Floats]]]) -> Floats:
-    """A quantity in the bins of all records, end to end."""
-    courses = ((record, s[name][0] if kind_of(name) == SCALE else s[name]) for record, s in seen)
-    return np.concatenate([record.grid.binned(z) for record, z in courses])
+def over_all(name: str, by_record: Sequence[tuple[Record, Mapping[str, Floats]]]) -> Floats:
+    """Return a regressor in the bins of all records, concatenated, (bins,)."""
+    waveforms = (
+        (record, s[name][0] if kind_of(name) == SCALE else s[name]) for record, s in by_record
+    )
+    return np.concatenate([record.grid.binned(z) for record, z in waveforms])
 
 
-def in_bins(record: Record, knots: Mapping[str, Floats], seen: Mapping[str, Floats]) -> Floats:
-    """Bin by bin what each knot of each regressor pushes, (bins, all knots)."""
+def in_bins(record: Record, knots: Mapping[str, Floats], waveforms: Mapping[str, Floats]) -> Floats:
+    """Return the disturbance per knot of each regressor, bin by bin, (bins, all knots)."""
     return np.concatenate(
-        [_in_bins(record.grid, name, seen[name], at) for name, at in knots.items()], axis=1
+        [_in_bins(record.grid, name, waveforms[name], at) for name, at in knots.items()], axis=1
     )
 
 
 def _in_bins(grid: Grid, name: str, z: Floats, knots: Floats) -> Floats:
-    """Bin by bin what each knot of one regressor pushes, (bins, knots)."""
+    """Return the disturbance per knot of one regressor, bin by bin, (bins, knots)."""
     kind = kind_of(name)
     if kind not in ("", DETAIL, SCALE):
         return np.stack([grid.binned(c) for c in columns(name, z, knots, grid.step)], axis=1)
-    along, by = (z[0], z[1]) if kind == SCALE else (z, None)
-    return between_knots(grid, along, knots, by)
+    abscissa, by = (z[0], z[1]) if kind == SCALE else (z, None)
+    return between_knots(grid, abscissa, knots, by)
 
 
 def between_knots(grid: Grid, z: Floats, knots: Floats, by: Floats | None = None) -> Floats:
-    """Mean in each bin of the share that each knot of a broken line has, (bins, knots).
+    """Return the bin means of the tent functions of a piecewise linear curve, (bins, knots).
 
-    A value lies between two knots, so only these two get a share of it. z, by: row by row, (rows,);
-    by: what the shares are multiplied by, 1 if not given.
+    Only the two knots next to a value have nonzero weight. z: (rows,); by: factor of the weights,
+    (rows,), 1 if not given.
     """
-    inside = grid.in_bins(z)
-    place = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, knots.size - 2)
-    far = np.clip((inside - knots[place]) / np.diff(knots)[place], 0.0, 1.0)
-    weight = np.full(inside.size, 1.0 / grid.rows_per_bin)
+    in_bin = grid.in_bins(z)
+    interval = np.clip(np.searchsorted(knots, in_bin, side="right") - 1, 0, knots.size - 2)
+    fraction = np.clip((in_bin - knots[interval]) / np.diff(knots)[interval], 0.0, 1.0)
+    weight = np.full(in_bin.size, 1.0 / grid.rows_per_bin)
     if by is not None:
         weight = weight * grid.in_bins(by)
-    cell = np.repeat(np.arange(grid.bins) * knots.size, grid.rows_per_bin) + place
+    cell = np.repeat(np.arange(grid.bins) * knots.size, grid.rows_per_bin) + interval
     size = grid.bins * knots.size
-    shares = np.bincount(cell, weight * (1.0 - far), size)
-    shares += np.bincount(cell + 1, weight * far, size)
+    shares = np.bincount(cell, weight * (1.0 - fraction), size)
+    shares += np.bincount(cell + 1, weight * fraction, size)
     return np.asarray(shares.reshape(grid.bins, knots.size), np.float64)
 
 
 def effect_of(linear: Linearization, curve: Curve) -> Series:
-    """Return what a curve leaves in the outputs, unwhitened, (T, m) by block and record."""
+    """Return the effect response of a curve, unwhitened, (T, m) by output group and record."""
     for disc, _ in discs(linear.fit):
         if disc.name == curve.place:
             return _combined(tooth_columns(linear.fit, disc), curve.values / SIZE)
@@ -100,16 +102,16 @@ def effect_of(linear: Linearization, curve: Curve) -> Series:
         p for p in (*places(linear.fit), *sensors_as_places(linear.fit)) if p.name == curve.place
     )
     if place.inputs and curve.kind == TURN:
-        turned = simulated_responses(
+        simulated = simulated_responses(
             linear.fit, place, curve.regressor, curve.knots, [curve.values]
         )
-        return [[one[:, :, 0] if one.size else one for one in block] for block in turned]
-    pushes = [
-        record.grid.binned(curve(seen[curve.regressor], record.grid.step))[:, None]
-        for record, seen in seen_by(linear.fit, place.subsystem)
+        return [[one[:, :, 0] if one.size else one for one in block] for block in simulated]
+    disturbances = [
+        record.grid.binned(curve(z[curve.regressor], record.grid.step))[:, None]
+        for record, z in seen_by(linear.fit, place.subsystem)
     ]
-    answered = responses_to(impulse_responses(linear.fit, place), pushes)
-    return [[one[:, :, 0] if one.size else one for one in block] for block in answered]
+    responses = responses_to(impulse_responses(linear.fit, place), disturbances)
+    return [[one[:, :, 0] if one.size else one for one in block] for block in responses]
 
 
 def _combined(columns: Series, values: Floats) -> Series:
@@ -117,15 +119,13 @@ def _combined(columns: Series, values: Floats) -> Series:
 
 
 def responses_along(fit: Fit, place: InjectionPoint, regressor: str, knots: Floats) -> Series:
-    """Return what each knot of a curve would leave in the outputs, (T, m, knots) per unit push."""
-    binned = [
-        in_bins(record, {regressor: knots}, seen) for record, seen in seen_by(fit, place.subsystem)
-    ]
+    """Return the responses of the outputs per knot and unit disturbance, (T, m, knots)."""
+    binned = [in_bins(record, {regressor: knots}, z) for record, z in seen_by(fit, place.subsystem)]
     return responses_to(impulse_responses(fit, place), binned)
 
 
 def sensors_as_places(fit: Fit) -> list[InjectionPoint]:
-    """Every sensor that may be wrong as a place of its own."""
+    """Return every sensor that may be faulty as an injection point."""
     return [
         InjectionPoint(
             f"sensor of {o.replace('_', ' ')}",
@@ -143,22 +143,25 @@ def sensors_as_places(fit: Fit) -> list[InjectionPoint]:
 
 
 def impulse_responses(fit: Fit, place: InjectionPoint, plain: Runs | None = None) -> Series:
-    """Answers to a push in a bin; a sensor answers by itself, at once. plain: see `answers`."""
+    """Return impulse responses, (memory, m); of a sensor, an impulse. plain: see `answers`."""
     if place.inputs:
         return answers(fit, place, {} if plain is None else plain)
     found: Series = [[np.empty(0)] * len(fit.model.records) for _ in fit.model.partition.groups]
     for b, block in enumerate(fit.model.partition.groups):
         for j, output in enumerate(block.outputs):
             if place.block == f"{output} sensor":
-                now = np.zeros((1, len(block.outputs)))
-                now[0, j] = 1.0
-                found[b] = [now] * len(fit.model.records)
+                impulse = np.zeros((1, len(block.outputs)))
+                impulse[0, j] = 1.0
+                found[b] = [impulse] * len(fit.model.records)
     return found
 
 
-def responses_to(reply: Series, tents: list[Floats]) -> Series:
-    """Answer of all outputs to pushes (bins, k), one set a record: (T, m, k)."""
-    return [[respond(a, h) if a.size else a for a, h in zip(b, tents, strict=True)] for b in reply]
+def responses_to(impulse: Series, disturbances: list[Floats]) -> Series:
+    """Return the responses of all outputs, (T, m, k), to disturbances (bins, k) of each record."""
+    return [
+        [respond(a, d) if a.size else a for a, d in zip(b, disturbances, strict=True)]
+        for b in impulse
+    ]
 
 
 def simulated_responses(
@@ -166,25 +169,28 @@ def simulated_responses(
     place: InjectionPoint,
     regressor: str,
     knots: Floats,
-    pushes: Iterable[Floats],
-    seen: RecordRegressors | None = None,
+    curve_values: Iterable[Floats],
+    by_record: RecordRegressors | None = None,
 ) -> Series:
-    """Return what curves of these values leave in the outputs, simulated, (T, m, curves).
+    """Return the simulated responses of the outputs to curves with these values, (T, m, curves).
 
-    seen: what `seen_by` gives of the place's drive, where it is known already. Nothing counts as left
-    in the pattern of teeth: there their tolerance looks like any push that goes round with the wheel.
+    by_record: result of `seen_by` for the subsystem of the point, if available. The tooth pattern
+    is excluded: there, tooth tolerances cannot be distinguished from a periodic disturbance.
     """
-    model, seen = fit.model.coarse, seen_by(fit, place.subsystem) if seen is None else seen
+    model, by_record = (
+        fit.model.coarse,
+        seen_by(fit, place.subsystem) if by_record is None else by_record,
+    )
     system, before = model.at(fit.point), predict(model, fit.point)
     changes = []
-    for values in pushes:
-        courses = tuple(
+    for values in curve_values:
+        disturbances = tuple(
             system.input_disturbance(
                 place, r, course(regressor, s[regressor], knots, values, r.grid.step)
             )
-            for r, s in seen
+            for r, s in by_record
         )
-        effects = (*fit.point.effects, InputDisturbance(place.subsystem, courses))
+        effects = (*fit.point.effects, InputDisturbance(place.subsystem, disturbances))
         changes.append(change(model, fit.point, effects, before))
     nothing = [np.empty(0)] * len(model.records)
     return [

@@ -1,7 +1,7 @@
-"""What curves at a place leave in the whitened outputs, many curves at once.
+"""Whitened responses of the outputs to many curves at one injection point.
 
-The answer of the outputs to a push is a filter, and whitening is one as well. So the answer is
-whitened, once for each place, and what it makes of all courses of pushes is whitened already.
+The impulse response and the whitening are linear filters. So the impulse response is whitened once
+per injection point, and its convolution with a disturbance is the whitened response.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,42 +25,48 @@ from slipbench.identification.mismatch.simulation.model import Runs
 from slipbench.plant.signals import Floats
 
 SHORT = 64
-"""Rows of an answer up to which products cost less than transforms."""
+"""Length of an impulse response, bins, up to which direct products are faster than transforms."""
 
 Spectra = npt.NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
 class Waveforms:
-    """Waveforms of pushes by record, one value a bin, (bins, k) each. spectra: those already made."""
+    """Disturbance waveforms by record, one value per bin, (bins, k) each. spectra: cached."""
 
     pushes: Sequence[Floats]
     spectra: dict[tuple[int, int], Spectra] = field(default_factory=dict)
 
-    def through(self, record: int, answer: Floats, lost: int) -> Floats:
-        """Return the pushes of a record through a filter, (bins - lost, m, k).
+    def through(self, record: int, impulse_response: Floats, lost: int) -> Floats:
+        """Return the filtered disturbances of a record, (bins - lost, m, k).
 
-        answer: of the outputs to a push in one bin, (memory, m); lost: first rows to leave out.
-        Before the first bin nothing was pushed.
+        impulse_response: of the outputs, (memory, m); lost: number of first rows to omit.
+        Disturbances are zero before the first bin.
         """
-        pushes, memory = self.pushes[record], len(answer)
+        disturbance, memory = self.pushes[record], len(impulse_response)
         if memory <= SHORT:
             before = max(memory - 1 - lost, 0)
-            padded = np.pad(pushes, ((before, 0), (0, 0)))
+            padded = np.pad(disturbance, ((before, 0), (0, 0)))
             windows = sliding_window_view(padded, memory, axis=0)[lost + before + 1 - memory :]
-            return np.asarray(np.matmul(answer[::-1].T, windows.transpose(0, 2, 1)))
-        length = fft.next_fast_len(len(pushes) + memory - 1, real=True)
+            return np.asarray(np.matmul(impulse_response[::-1].T, windows.transpose(0, 2, 1)))
+        length = fft.next_fast_len(len(disturbance) + memory - 1, real=True)
         if (record, length) not in self.spectra:
-            self.spectra[record, length] = fft.rfft(pushes, length, axis=0)
-        both = fft.rfft(answer, length, axis=0)[:, :, None] * self.spectra[record, length][:, None]
-        return np.asarray(fft.irfft(both, length, axis=0, overwrite_x=True)[lost : len(pushes)])
+            self.spectra[record, length] = fft.rfft(disturbance, length, axis=0)
+        product = (
+            fft.rfft(impulse_response, length, axis=0)[:, :, None]
+            * self.spectra[record, length][:, None]
+        )
+        return np.asarray(
+            fft.irfft(product, length, axis=0, overwrite_x=True)[lost : len(disturbance)]
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """Answer of a block's outputs to a push in one bin, (memory, m), under a noise model.
+    """Impulse response of the outputs of an output group, (memory, m), with a noise model.
 
-    whole: whitened; it lasts longer by the order of the noise model. begin: its first rows as they are.
+    whole: whitened impulse response, longer by the order of the noise model. begin: its first rows,
+    not whitened.
     """
 
     white: Whitener
@@ -68,27 +74,27 @@ class Answer:
     begin: Floats
 
     @staticmethod
-    def of(white: Whitener, answer: Floats) -> "Answer":
-        """Whiten an answer."""
-        around = np.pad(answer, ((white.order, white.order), (0, 0)))
-        return Answer(white, white.innovations(around), answer[: white.order])
+    def of(white: Whitener, impulse_response: Floats) -> "Answer":
+        """Whiten an impulse response, (memory, m)."""
+        padded = np.pad(impulse_response, ((white.order, white.order), (0, 0)))
+        return Answer(white, white.innovations(padded), impulse_response[: white.order])
 
-    def to(self, courses: Waveforms, record: int) -> Floats:
-        """Return what courses of a record leave in the whitened outputs, (bins, m, k)."""
+    def to(self, waveforms: Waveforms, record: int) -> Floats:
+        """Return the whitened responses to the waveforms of a record, (bins, m, k)."""
         order = self.white.order
-        later = courses.through(record, self.whole, order)
+        later = waveforms.through(record, self.whole, order)
         if not order:
             return later
-        opening = Waveforms([courses.pushes[record][:order]]).through(0, self.begin, 0)
+        opening = Waveforms([waveforms.pushes[record][:order]]).through(0, self.begin, 0)
         return np.concatenate((self.white.opening(opening), later))
 
 
 @dataclass(frozen=True, eq=False)
 class Whitened:
-    """Whitened answers of a fit, and the quantities along which something may act.
+    """Whitened impulse responses of a fit and the regressors, cached.
 
-    seen: by drive, see `seen_by`; answers: by place; plain: simulations without a push; hats: the
-    last that were made.
+    seen: by subsystem, see `seen_by`; answers: by injection point; plain: simulations without
+    impulse; tents: the last tent functions.
     """
 
     fit: Fit
@@ -98,13 +104,13 @@ class Whitened:
     tents: dict[tuple[str, ...], Waveforms] = field(default_factory=dict)
 
     def seen_by(self, subsystem: str) -> RecordRegressors:
-        """Return every record with the quantities of a drive that all records have."""
+        """Return every record with the regressors of a subsystem that all records contain."""
         if subsystem not in self.seen:
             self.seen[subsystem] = seen_by(self.fit, subsystem)
         return self.seen[subsystem]
 
     def along(self, subsystem: str, knots: Mapping[str, Floats]) -> Waveforms:
-        """Return what each knot of each quantity pushes, per unit, side by side."""
+        """Return the unit disturbances of each knot of each regressor, side by side."""
         key = (subsystem, *knots)
         if key not in self.tents:
             self.tents.clear()
@@ -112,22 +118,26 @@ class Whitened:
             self.tents[key] = Waveforms([in_bins(record, knots, s) for record, s in seen])
         return self.tents[key]
 
-    def columns(self, place: InjectionPoint, courses: Waveforms) -> Floats:
-        """Return what courses of pushes at a place leave in the whitened outputs, (rows, k)."""
+    def columns(self, place: InjectionPoint, waveforms: Waveforms) -> Floats:
+        """Return the whitened responses to disturbances at an injection point, (rows, k)."""
         if place.name not in self.answers:
             self.answers[place.name] = self._responses(place)
         measured = self.fit.model.measured
-        laid = np.zeros((sum(m.size for ms in measured for m in ms), courses.pushes[0].shape[1]))
+        stacked = np.zeros(
+            (sum(m.size for ms in measured for m in ms), waveforms.pushes[0].shape[1])
+        )
         first = 0
-        for answers, block in zip(self.answers[place.name], measured, strict=True):
-            for r, (answer, m) in enumerate(zip(answers, block, strict=True)):
-                if answer is not None:
-                    laid[first : first + m.size] = answer.to(courses, r).reshape(m.size, -1)
+        for responses, block in zip(self.answers[place.name], measured, strict=True):
+            for r, (impulse_response, m) in enumerate(zip(responses, block, strict=True)):
+                if impulse_response is not None:
+                    stacked[first : first + m.size] = impulse_response.to(waveforms, r).reshape(
+                        m.size, -1
+                    )
                 first += m.size
-        return laid
+        return stacked
 
     def _responses(self, place: InjectionPoint) -> list[list[Answer | None]]:
-        """Return the answers to a place by block and record; None: it does not reach them."""
+        """Return the responses to an impulse by output group and record; None: not affected."""
         return [
             [Answer.of(white, one) if one.size else None for one in ones]
             for white, ones in zip(

@@ -1,1 +1,1 @@
-"""Numbers and effects fitted to recordings, with noise models; what a fit leaves."""
+"""Fits of parameters and effects to recordings, with noise models, and their residuals."""

@@ -1,4 +1,4 @@
-"""Re-calibration: the vehicle's own numbers move, as far as they were believed, to fit the data."""
+"""Calibration: MAP estimation of the vehicle's own parameters within their priors."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -18,103 +18,114 @@ from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 STRAYED = 2.0
-"""Prior deviations beyond which something that is missing may have moved a number.
+"""Prior deviations beyond which a missing effect may have moved a parameter.
 
-Of ten that err as believed one is farther in 37 of 100: that costs one more start of a fit.
+Of ten parameters whose errors follow their priors, at least one lies beyond in 37 of 100 cases; a
+false alarm costs one more start of a fit.
 """
 ASTRAY = 3.0
-"""Prior deviations beyond which calibration itself may have lost its way; by chance in 3 of 100."""
+"""Prior deviations beyond which calibration itself may have diverged; by chance in 3 of 100."""
 AT_THE_END = 0.99
-"""Share of the farthest that a number may be off at all, beyond which it is held there."""
+"""Share of the largest allowed deviation of a parameter beyond which it counts as at its bound."""
 TAKEN = 0.9
-"""Share of the mean square error above which a noise model may hide a wrong simulation."""
+"""Share of the mean square error, if predicted by the noise model, above which a wrong simulation
+may be hidden."""
 
 
 def calibrate(model: Model, start: Point) -> Fit:
-    """Fit the vehicle, the slow road and the noise; no effects but those of the start.
+    """Calibrate the vehicle, the slow disturbance and the noise model by MAP.
 
-    Where that leads far away it is tried once more by plain least squares, from the beginning of the
-    recordings on: see fit/far.py. The way there is simulated with coarse steps.
+    No effects act except those of the start. If the estimate is far from the prior, or the noise
+    model predicts nearly all of the error, the calibration is repeated by plain least squares on
+    growing initial parts of the recordings (see fit/far.py), and the better fit is kept. Only the
+    last refit uses fine simulation steps.
     """
     uncalibrated = start_fit(model.coarse, start)
     fit = refit_with_updated_jacobian(optimize(uncalibrated), ROUGHLY)
     if far_from_prior(fit) or hidden_by_noise(fit):
-        fit = _or_by(lambda: least_squares_start(from_its_beginning(uncalibrated)), fit)
+        fit = _better_of(lambda: least_squares_start(from_its_beginning(uncalibrated)), fit)
     return refit_with_updated_jacobian(fit.fine(model))
 
 
 def map_fit(start: Fit) -> Fit:
-    """Return the best fit that is reached from a start."""
+    """Return the MAP fit reached from a start."""
     return refined(optimize(start))
 
 
 def refined(fit: Fit) -> Fit:
-    """Return the best fit that is reached from one that settled with sensitivities of another.
+    """Return the best fit reached from one optimized with the sensitivities of another point.
 
-    Where the noise model takes nearly all of the error for noise, plain least squares is tried as
-    well: see `least_squares_start`.
+    If the noise model predicts nearly all of the error, plain least squares is tried as well: see
+    `least_squares_start`.
     """
     new = refit_with_updated_jacobian(fit, ROUGHLY)
-    return _or_by(lambda: least_squares_start(fit), new) if hidden_by_noise(new) else new
+    return _better_of(lambda: least_squares_start(fit), new) if hidden_by_noise(new) else new
 
 
-def _or_by(way: Callable[[], Fit], fit: Fit) -> Fit:
-    """Return a fit, or what another way leads to where that is better."""
+def _better_of(alternative: Callable[[], Fit], fit: Fit) -> Fit:
+    """Return the better of two fits; `fit` where the alternative cannot be simulated."""
     try:
-        return max(fit, way(), key=lambda f: f.score)
+        return max(fit, alternative(), key=lambda f: f.score)
     except PlantError:
         return fit
 
 
 def hidden_by_noise(fit: Fit) -> bool:
-    """Tell whether the noise model takes nearly all of the error for noise."""
+    """Return whether the noise model predicts nearly all of the error."""
     return taken_for_noise(fit) >= TAKEN
 
 
 def start_fit(model: Model, start: Point) -> Fit:
-    """Return the start beside the recordings; nothing but the noise is fitted."""
+    """Return the start compared with the recordings; only the noise model is fitted."""
     predicted = predict(model, start)
     slopes = sensitivities(model, start)
     return Fit(model, start, predicted, _first_noise(model, predicted, slopes), slopes)
 
 
 def taken_for_noise(fit: Fit) -> float:
-    """Share of the mean square error that the noise model predicts from the errors before it.
+    """Share of the mean square error that the noise model predicts from the preceding errors.
 
-    Of the outputs of one block, of the block with the largest share.
+    The largest share over the output groups.
     """
     shares = []
-    for white, rest in zip(fit.noise, fit.residuals, strict=True):
-        errors = np.log(np.mean(np.concatenate(rest) ** 2, axis=0) + 1e-300)
-        shares.append(1.0 - np.exp(white.log_innovations / errors.size - float(np.mean(errors))))
+    for noise, errors_of_group in zip(fit.noise, fit.residuals, strict=True):
+        log_mean_squares = np.log(np.mean(np.concatenate(errors_of_group) ** 2, axis=0) + 1e-300)
+        shares.append(
+            1.0
+            - np.exp(
+                noise.log_innovations / log_mean_squares.size - float(np.mean(log_mean_squares))
+            )
+        )
     return float(max(shares))
 
 
-def beyond_prior(fit: Fit, far: float = STRAYED) -> bool:
-    """Tell whether calibration went farther from what the file believes than it errs.
+def beyond_prior(fit: Fit, limit: float = STRAYED) -> bool:
+    """Return whether calibration moved a parameter farther from its prior than `limit` deviations.
 
-    It then makes up for something that is missing, and with that in place stays where it went:
-    between there and the truth lies what fits neither with it nor without.
+    The parameter may then compensate for a missing effect. If the effect is added, the parameter
+    stays where it is: values between that one and the true one fit neither with nor without the
+    effect.
     """
-    return bool(parameters_far_from_prior(fit, far))
+    return bool(parameters_far_from_prior(fit, limit))
 
 
-def parameters_far_from_prior(fit: Fit, far: float = ASTRAY) -> list[tuple[Coordinate, float]]:
-    """Return the numbers that calibration moved by more than so many prior deviations, and by how many."""
+def parameters_far_from_prior(fit: Fit, limit: float = ASTRAY) -> list[tuple[Coordinate, float]]:
+    """Return parameters beyond `limit` prior deviations, with their deviations."""
     known = zip(fit.model.known, fit.point.x, strict=True)
-    end = min(far, AT_THE_END * fit.model.system.farthest)
-    return [(k, float(x)) for k, x in known if abs(x) > end and not k.of_clock]
+    bound = min(limit, AT_THE_END * fit.model.system.farthest)
+    return [(k, float(x)) for k, x in known if abs(x) > bound and not k.of_clock]
 
 
 def far_from_prior(fit: Fit) -> bool:
-    """Tell whether calibration went so far that it must have made up for something missing."""
+    """Return whether a parameter is so far away that it must compensate for a missing effect."""
     return beyond_prior(fit, ASTRAY)
 
 
 def at_prior_mean(fit: Fit) -> Fit:
-    """Return the fit with the system's numbers as its file tells them; clocks and road are kept.
+    """Return the fit with the system's parameters at their prior mean.
 
-    Raises PlantError where it cannot run.
+    Clocks and slow disturbance keep their estimates. Raises PlantError where it cannot be
+    simulated.
     """
     x = np.where([k.of_clock for k in fit.model.known], fit.point.x, 0.0)
     point = replace(fit.point, x=x)
@@ -123,22 +134,25 @@ def at_prior_mean(fit: Fit) -> Fit:
 
 
 def _first_noise(model: Model, predicted: Series, slopes: Series) -> list[Whitener]:
-    """Fit noise models to what plain least squares leaves, so that calibration is not noise."""
-    rest = residuals(model, predicted)
-    white = [even(scale_of(r)) for r in rest]
-    columns, aim = whiten_and_stack(model, white, slopes), whiten_and_stack(model, white, rest)
+    """Fit noise models to the residual of plain least squares, free of calibration errors."""
+    residual = residuals(model, predicted)
+    scales = [even(scale_of(r)) for r in residual]
+    columns, target = (
+        whiten_and_stack(model, scales, slopes),
+        whiten_and_stack(model, scales, residual),
+    )
     normal = columns.T @ columns + np.eye(columns.shape[1])
-    left = aim - columns @ np.linalg.solve(normal, columns.T @ aim)
-    return whiteners(model, _unflat(model, white, left))
+    remaining = target - columns @ np.linalg.solve(normal, columns.T @ target)
+    return whiteners(model, _unstacked(model, scales, remaining))
 
 
-def _unflat(model: Model, plain: Sequence[Whitener], rows: Floats) -> Series:
-    found: Series = []
-    place = 0
-    for white, ms in zip(plain, model.measured, strict=True):
-        block = []
-        for m in ms:
-            block.append(rows[place : place + m.size].reshape(m.shape) / np.diag(white.inverse))
-            place += m.size
-        found.append(block)
-    return found
+def _unstacked(model: Model, noise: Sequence[Whitener], rows: Floats) -> Series:
+    series: Series = []
+    row = 0
+    for scales, measured in zip(noise, model.measured, strict=True):
+        group = []
+        for m in measured:
+            group.append(rows[row : row + m.size].reshape(m.shape) / np.diag(scales.inverse))
+            row += m.size
+        series.append(group)
+    return series

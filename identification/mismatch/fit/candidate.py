@@ -1,7 +1,7 @@
-"""An effect of the library as something that can be turned up from nothing, and fitted.
+"""An effect of the library as a hypothesis that can be added from magnitude zero and fitted.
 
-Whole numbers are tried one after the other, and so is every channel or wheel that may have the
-effect: what a candidate has of them stays as it is.
+Integer parameters are not fitted: a candidate keeps its values, and one candidate is tested for
+each value. The same holds for every channel or wheel that may have the effect.
 """
 
 from dataclasses import dataclass, replace
@@ -28,25 +28,25 @@ from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
-DIFFERENCE_STEP = 0.05  # of a size, or of a shape's prior deviation
-WEAK = 1e3  # prior deviation of a size, in typical sizes: none to speak of
-FAR = 4.0  # prior deviations that no shape goes beyond
+DIFFERENCE_STEP = 0.05  # share of the size; of a shape, in prior deviations
+WEAK = 1e3  # prior deviation of a size, in typical sizes: practically flat
+FAR = 4.0  # bound of a shape, in prior deviations
 ABSENT = (0.0, 0.0)
 SHARE_OF_SMALL = 0.1
-"""Effects below this share of the smallest size of interest do not count."""
+"""Effects below this share of the smallest size of interest are negligible."""
 OF_DISCS = 0.5
-"""The same for toothed discs, which are all cut with some tolerance."""
+"""The same share for toothed discs, which all have a manufacturing tolerance."""
 
 
 @dataclass(frozen=True)
 class Candidate(Hypothesis):
-    """An effect with the values of its dials: first the size, then what shapes it.
+    """An effect with the values of its parameters: first the size, then the shapes.
 
-    pattern: the effect on its subject, at its typical size, where it is looked for. dials: size in
-    typical sizes, shapes as unit normals. integers: values of whole parameters. placebo: how its
-    size scatters over other places at which it is looked for, if it has any. fixed_from_data: its size is
-    read off the recordings, and no fit of what is left tells it better. stated: size at which the
-    file has the effect already, and how far it may be off there (95 %), both in typical sizes.
+    pattern: the effect on its subject, at its typical size and at the location tested. parameters:
+    size in typical sizes, shapes as unit normals. integers: values of integer parameters. placebo:
+    variance inflation of its size at placebo locations, if it has any. fixed_from_data: its size is
+    determined directly from the recordings and is not improved by a fit of the residual. stated:
+    size that the file states for the effect, and its 95 % half width, both in typical sizes.
     """
 
     pattern: Effect
@@ -58,59 +58,59 @@ class Candidate(Hypothesis):
 
     @property
     def kind(self) -> type[Effect]:
-        """The effect's class."""
+        """Class of the effect."""
         return type(self.pattern)
 
     @property
     def name(self) -> str:
-        """The effect's word, with its subject."""
+        """Name of the effect, with its subject."""
         return self.pattern.key
 
     @property
     def deviations(self) -> tuple[float, ...]:
-        """A size has none to speak of."""
+        """Prior deviation of each parameter; that of the size is practically flat."""
         return (WEAK, *([1.0] * (len(self.parameters) - 1)))
 
     @property
     def difference_steps(self) -> tuple[float, ...]:
-        """In proportion to the size; backwards where a parameter is at the end of its range."""
+        """Finite-difference steps; negative at the upper end of a range."""
         steps = (DIFFERENCE_STEP * self.size, *([DIFFERENCE_STEP] * (len(self.parameters) - 1)))
-        return tuple(-s if self._ends_within(i, s) else s for i, s in enumerate(steps))
+        return tuple(-s if self._range_ends_within(i, s) else s for i, s in enumerate(steps))
 
-    def _ends_within(self, parameter: int, step: float) -> bool:
-        """Tell whether the range of a dial ends before a step is done."""
-        there = self.moved(step * np.eye(len(self.parameters))[parameter])
-        short = abs(there.parameters[parameter] - self.parameters[parameter]) < 0.999 * abs(step)
-        return short or there.effect() == self.effect()
+    def _range_ends_within(self, parameter: int, step: float) -> bool:
+        """Return whether the range of a parameter ends before the step does."""
+        stepped = self.moved(step * np.eye(len(self.parameters))[parameter])
+        short = abs(stepped.parameters[parameter] - self.parameters[parameter]) < 0.999 * abs(step)
+        return short or stepped.effect() == self.effect()
 
     @property
     def negligible_size(self) -> float:
-        """Size below which it does not count, in shares of the typical one."""
+        """Size below which the effect is negligible, in typical sizes."""
         share = OF_DISCS if hasattr(self.kind, "tooth_offsets") else SHARE_OF_SMALL
         return share * self.smallest
 
     @property
     def negligible_difference(self) -> float:
-        """How far its size may be from what the file states and mean nothing, in typical sizes."""
+        """Negligible difference of its size from the stated one, in typical sizes."""
         return max(self.negligible_size, self.stated[1])
 
     @property
     def added(self) -> float:
-        """How far its size is from what the file states, in typical sizes."""
+        """Difference of its size from the stated one, in typical sizes."""
         return self.size - self.stated[0]
 
     @property
     def size(self) -> float:
-        """Share of the typical size."""
+        """Size in typical sizes."""
         return self.parameters[0]
 
     @property
     def smallest(self) -> float:
-        """Least size of interest, in shares of the typical one."""
+        """Smallest size of interest, in typical sizes."""
         return smallest(self.kind)
 
     def effect(self) -> Effect:
-        """Return the effect at these dials, inside its ranges."""
+        """Return the effect at these parameters, clipped to its ranges."""
         values = {
             p.name: v for p, v in zip(integer_parameters(self.kind), self.integers, strict=True)
         }
@@ -121,7 +121,7 @@ class Candidate(Hypothesis):
         return replace(self.pattern, **values)
 
     def moved(self, step: Floats) -> Self:
-        """Return it with its dials turned; a size does not pass through nothing."""
+        """Return the candidate after a step of its parameters; the size keeps its sign."""
         parameters = np.array(self.parameters) + step
         if self.fixed_from_data and abs(step[0]) < 0.5 * DIFFERENCE_STEP * abs(self.size):
             parameters[0] = self.size
@@ -130,38 +130,42 @@ class Candidate(Hypothesis):
         return replace(self, parameters=tuple(float(d) for d in parameters)).within()
 
     def within(self) -> Self:
-        """Return it with its dials where its parameters mean something."""
-        ends = [reach(self.kind)]
+        """Return the candidate with its parameters clipped to their ranges."""
+        bounds = [reach(self.kind)]
         for p in shapes(self.kind):
             low, high = shape_range(p, getattr(self.pattern, p.name))
-            ends.append((max(low, -FAR), min(high, FAR)))
-        parameters = (float(np.clip(d, *end)) for d, end in zip(self.parameters, ends, strict=True))
+            bounds.append((max(low, -FAR), min(high, FAR)))
+        parameters = (
+            float(np.clip(d, *bound)) for d, bound in zip(self.parameters, bounds, strict=True)
+        )
         return replace(self, parameters=tuple(parameters))
 
     def resized(self, size: float) -> "Candidate":
-        """Return it at another share of its typical size."""
+        """Return the candidate at another size, in typical sizes."""
         if self.fixed_from_data:
             return self
         return replace(self, parameters=(size, *self.parameters[1:])).within()
 
     def amplified(self, amplitude: float) -> "Candidate":
-        """Return it with that many times of what it adds to the file."""
+        """Return the candidate with `amplitude` times its difference from the stated size."""
         return self.resized(self.stated[0] + amplitude * self.added)
 
 
 def beside_the_file(candidate: Candidate, system: System) -> Candidate:
-    """Return the candidate with the size at which the file has the effect, if it has it."""
-    own = next((e for e in system.effects if e.key == candidate.name), None)
-    if own is None:
+    """Return the candidate with the size that the file states for the effect, if it states one."""
+    stated_effect = next((e for e in system.effects if e.key == candidate.name), None)
+    if stated_effect is None:
         return candidate
     p = sizes(candidate.kind)[0]
-    value = float(getattr(own, p.name))
-    half = system.plus_minus.get(f"effects.{own.key}.{p.name}", STATED_SHARE * abs(value))
+    value = float(getattr(stated_effect, p.name))
+    half_width = system.plus_minus.get(
+        f"effects.{stated_effect.key}.{p.name}", STATED_SHARE * abs(value)
+    )
     size = as_size(p, value)
-    return replace(candidate, stated=(size, abs(as_size(p, value + half) - size)))
+    return replace(candidate, stated=(size, abs(as_size(p, value + half_width) - size)))
 
 
 def fixed_from_data(candidate: Candidate, value: float) -> Candidate:
-    """Return the candidate with its size as recordings show it, in its parameter's unit."""
+    """Return the candidate with its size read from data. value: in its parameter's unit."""
     size = as_size(sizes(candidate.kind)[0], value)
     return replace(candidate.resized(size), fixed_from_data=True)

@@ -1,11 +1,12 @@
-"""Where what turns unseen stood when each recording began, read off the lines that its torque leaves.
+"""Crank phase at the start of each recording, estimated from the torque lines of each order.
 
-No channel tells it, and two trials begin at two angles. So a ripple of the torque that is the same
-in all of them is a line of another phase in each, and one phase for all finds little of it. The
-angle is a number of the recording, not of the machine: it is read off each recording by itself,
-before any name is tried, at the order that shows best. A line of n periods a turn tells the angle
-only up to an nth of a turn. Which of them it is, the other orders say: it is that at which all of
-them come out alike in all recordings.
+No channel measures this angle, and it differs from recording to recording. A torque ripple that is
+the same in all recordings is therefore a line of different phase in each, and a common phase
+explains little of it. The angle is a parameter of the recording, not of the machine. It is
+estimated for each recording, before any effect is tested, from the order with the largest
+log-likelihood gain. A line of n periods per turn determines the angle only up to 1/n of a turn. The
+other orders resolve the ambiguity: the chosen angle makes the lines of all orders agree best
+between the recordings.
 """
 
 from dataclasses import dataclass, replace
@@ -24,9 +25,9 @@ from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
 PLAIN = 12.0
-"""Nats of a line, over all recordings, below which there is nothing to read an angle off."""
+"""Log-likelihood gain of a line, over all recordings, below which no angle is estimated, nats."""
 SCANNED = 33
-"""Angles around a turn at which a recording is begun: lines up to the tenth order are met."""
+"""Number of start angles evaluated around a turn; resolves lines up to the tenth order."""
 ROUNDING = 1e-9
 
 Complexes = npt.NDArray[np.complex128]
@@ -34,10 +35,11 @@ Complexes = npt.NDArray[np.complex128]
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """What the orders of a turn show in each recording.
+    """Amplitudes of the orders of a turn in each recording.
 
-    orders: (k,), periods in a turn. amplitude: (records, k), of sine and, imaginary, cosine, in those
-    of `Turn`. weight: (records, k), of an amplitude: what its square times half of this is in nats.
+    orders: (k,), periods per turn. amplitude: (records, k), real part of the sine and imaginary
+    part of the cosine, in units of the effects in `Turn`. weight: (records, k), of an amplitude:
+    half of the weight times the squared amplitude is the log-likelihood gain, nats.
     """
 
     orders: Floats
@@ -46,134 +48,148 @@ class Lines:
 
     @property
     def nats(self) -> Floats:
-        """What each order is worth over all recordings, (k,)."""
+        """Log-likelihood gain of each order over all recordings, (k,), nats."""
         return np.asarray(0.5 * (self.weight * np.abs(self.amplitude) ** 2).sum(axis=0))
 
     @property
     def plain(self) -> bool:
-        """Tell whether an angle can be read off one of them."""
+        """Whether one of the orders is strong enough to estimate an angle."""
         return bool(self.orders.size and self.nats.max() > PLAIN)
 
     def begun(self, angles: Floats) -> "Lines":
-        """Return them beside recordings that begin so much later in the turn. angles: (records,)."""
-        turned = self.amplitude * np.exp(-1j * self.orders * angles[:, None])
-        return replace(self, amplitude=turned)
+        """Return the lines of recordings that start later by `angles`, (records,), rad."""
+        shifted = self.amplitude * np.exp(-1j * self.orders * angles[:, None])
+        return replace(self, amplitude=shifted)
 
 
 def lines(fit: Fit) -> Lines:
-    """Return what recordings show of every order of what turns unseen."""
+    """Return the amplitudes of every order of an unmeasured crank phase in each recording."""
     turns = fit.model.system.unseen_turns()
-    linear = Linearization.of(_silent(fit)) if turns else None
-    read = [_read(linear, turn) for turn in turns if linear]
+    linear = Linearization.of(_silenced(fit)) if turns else None
+    estimated = [_line_amplitudes(linear, turn) for turn in turns if linear]
     shape = (len(turns), len(fit.model.records))
-    amplitude = np.array([[a for a, _ in one] for one in read], np.complex128).reshape(shape).T
-    weight = np.array([[w for _, w in one] for one in read], np.float64).reshape(shape).T
+    amplitude = (
+        np.array([[a for a, _ in of_turn] for of_turn in estimated], np.complex128).reshape(shape).T
+    )
+    weight = (
+        np.array([[w for _, w in of_turn] for of_turn in estimated], np.float64).reshape(shape).T
+    )
     return Lines(np.array([turn.per_turn for turn in turns], np.float64), amplitude, weight)
 
 
-def begun_at(fit: Fit, shown: Lines, like: Lines | None = None) -> tuple[Fit, Lines]:
-    """Return the fit beside recordings that begin at the angles that their lines tell.
+def begun_at(fit: Fit, own: Lines, reference: Lines | None = None) -> tuple[Fit, Lines]:
+    """Return the fit with the recordings starting at the angles estimated from their lines.
 
-    And the lines as they are then. shown: lines of the fit; like: lines of other recordings whose
-    angles are known, with which these shall be alike.
+    Also return the lines at these angles. own: lines of the fit. reference: lines of other
+    recordings of known angles, with which the lines are aligned.
     """
-    angles = _angles(shown, like)
+    angles = _angles(own, reference)
     records = tuple(
         replace(r, turned=r.turned + float(angle))
         for r, angle in zip(fit.model.records, angles, strict=True)
     )
-    there = replace(fit, model=replace(fit.model, records=records))
-    whitened_as(fit, there)
-    if _turning(fit):
-        there = refit_with_updated_jacobian(
-            optimize(replace(there, predicted=predict(there.model, there.point)))
+    new = replace(fit, model=replace(fit.model, records=records))
+    whitened_as(fit, new)
+    if _phase_effects(fit):
+        new = refit_with_updated_jacobian(
+            optimize(replace(new, predicted=predict(new.model, new.point)))
         )
-    return there, shown.begun(angles)
+    return new, own.begun(angles)
 
 
 def scanned(fit: Fit) -> Fit:
-    """Return the fit with every recording begun at the angle around a turn that suits it best.
+    """Return the fit with each recording at the best of the start angles scanned around a turn.
 
-    A local fit finds the angle only from nearby, and first speeds that make up for a ripple which was
-    not there put it elsewhere. As it is where the system says of no unknown that it is the angle.
+    A local fit converges only from a nearby angle, and initial speeds that compensated for an
+    unmodelled ripple place it elsewhere. The fit is returned unchanged if the system has no such
+    angle.
     """
-    told = fit.model.system.first_angle()
-    if told is None:
+    location = fit.model.system.first_angle()
+    if location is None:
         return fit
-    column, unit = told
-    points = [_shifted(fit.point, column, by / unit) for by in np.linspace(-np.pi, np.pi, SCANNED)]
+    column, unit = location
+    points = [
+        _shifted(fit.point, column, angle / unit) for angle in np.linspace(-np.pi, np.pi, SCANNED)
+    ]
     fits = [replace(fit, point=p, predicted=predict(fit.model, p)) for p in points]
-    best = np.argmin([_squares(f, fit) for f in fits], axis=0)
+    best = np.argmin([_squared_errors(f, fit) for f in fits], axis=0)
     q = tuple(points[k].q[r] for r, k in enumerate(best))
     point = replace(fit.point, q=q)
     return replace(fit, point=point, predicted=predict(fit.model, point))
 
 
-def _squares(fit: Fit, usual: Fit) -> list[float]:
-    """Square error of each recording, outputs as another fit errs in them, (records,).
+def _squared_errors(fit: Fit, reference: Fit) -> list[float]:
+    """Return the squared error of each recording, scaled by the errors of `reference`, (records,).
 
-    Not whitened: a noise model that has seen a wrong angle takes the ripple for noise.
+    Not whitened: a noise model fitted at a wrong angle attributes the ripple to noise.
     """
-    found = [0.0] * len(fit.model.records)
-    for ones, others in zip(fit.residuals, usual.residuals, strict=True):
-        there = [one for one in others if one.size]
-        scale = np.mean(np.concatenate(there) ** 2, axis=0) + 1e-300 if there else 1.0
-        for r, one in enumerate(ones):
-            found[r] += float(np.sum(one**2 / scale)) if one.size else 0.0
-    return found
+    sums = [0.0] * len(fit.model.records)
+    for residuals, reference_residuals in zip(fit.residuals, reference.residuals, strict=True):
+        nonempty = [one for one in reference_residuals if one.size]
+        scale = np.mean(np.concatenate(nonempty) ** 2, axis=0) + 1e-300 if nonempty else 1.0
+        for r, one in enumerate(residuals):
+            sums[r] += float(np.sum(one**2 / scale)) if one.size else 0.0
+    return sums
 
 
 def _shifted(point: Point, column: int, by: float) -> Point:
-    there = [q.copy() for q in point.q]
-    for q in there:
+    shifted = [q.copy() for q in point.q]
+    for q in shifted:
         q[column] += by
-    return replace(point, q=tuple(there))
+    return replace(point, q=tuple(shifted))
 
 
-def _angles(shown: Lines, like: Lines | None) -> Floats:
-    """Return where each recording begins, rad, (records,)."""
-    of = shown if like is None else like
-    best = int(np.argmax(of.nats))
-    order = of.orders[best]
-    by = 2.0 * np.pi / order * np.arange(max(round(order / of.orders.min()), 1))
-    weight = np.zeros(of.orders.size) if like is None else like.weight.sum(axis=0)
-    total = weight + 0j if like is None else (like.weight * like.amplitude).sum(axis=0)
-    there = 1.0 if like is None else total[best]
-    angles = np.angle(shown.amplitude[:, best] * np.conj(there)) / order
-    worth = 0.5 * (shown.weight * np.abs(shown.amplitude) ** 2).sum(axis=1)
-    for r in np.argsort(-worth):
-        own = shown.weight[r] * shown.amplitude[r]
-        tried = own * np.exp(-1j * shown.orders * (angles[r] + by)[:, None])
-        both = np.maximum(weight + shown.weight[r], 1e-300)
-        chosen = int(np.argmax((np.abs(total + tried) ** 2 / both).sum(axis=1)))
-        angles[r] += by[chosen]
-        total, weight = total + tried[chosen], both
+def _angles(own: Lines, reference: Lines | None) -> Floats:
+    """Return the start angle of each recording, rad, (records,)."""
+    source = own if reference is None else reference
+    best = int(np.argmax(source.nats))
+    order = source.orders[best]
+    ambiguity = 2.0 * np.pi / order * np.arange(max(round(order / source.orders.min()), 1))
+    weight = np.zeros(source.orders.size) if reference is None else reference.weight.sum(axis=0)
+    total = (
+        weight + 0j if reference is None else (reference.weight * reference.amplitude).sum(axis=0)
+    )
+    common = 1.0 if reference is None else total[best]
+    angles = np.angle(own.amplitude[:, best] * np.conj(common)) / order
+    gain = 0.5 * (own.weight * np.abs(own.amplitude) ** 2).sum(axis=1)
+    for r in np.argsort(-gain):
+        weighted = own.weight[r] * own.amplitude[r]
+        candidates = weighted * np.exp(-1j * own.orders * (angles[r] + ambiguity)[:, None])
+        both = np.maximum(weight + own.weight[r], 1e-300)
+        chosen = int(np.argmax((np.abs(total + candidates) ** 2 / both).sum(axis=1)))
+        angles[r] += ambiguity[chosen]
+        total, weight = total + candidates[chosen], both
     return np.asarray(angles)
 
 
-def _read(linear: Linearization, turn: Turn) -> list[tuple[complex, float]]:
-    """Return of each recording the amplitude of a line, and its weight."""
-    both = linear.effect_responses((turn.sine, turn.cosine))
+def _line_amplitudes(linear: Linearization, turn: Turn) -> list[tuple[complex, float]]:
+    """Return the complex amplitude of a line in each recording, and its weight."""
+    responses = linear.effect_responses((turn.sine, turn.cosine))
     recording = recordings(linear.fit.model)
-    found = []
+    estimated = []
     for number in range(len(linear.fit.model.records)):
-        own = np.where((recording == number)[:, None], both, 0.0)
-        off, push = linear.nuisances.project_out(own), own.T @ linear.residuals[: len(own)]
-        normal = off.T @ off
-        share = np.linalg.solve(normal + ROUNDING * (1.0 + np.trace(normal)) * np.eye(2), push)
-        nats, square = 0.5 * float(push @ share), float(share @ share)
-        found.append((complex(*share), 2.0 * nats / square if square > 0.0 else 0.0))
-    return found
+        masked = np.where((recording == number)[:, None], responses, 0.0)
+        projected, correlation = (
+            linear.nuisances.project_out(masked),
+            masked.T @ linear.residuals[: len(masked)],
+        )
+        normal = projected.T @ projected
+        amplitude = np.linalg.solve(
+            normal + ROUNDING * (1.0 + np.trace(normal)) * np.eye(2), correlation
+        )
+        gain, square = 0.5 * float(correlation @ amplitude), float(amplitude @ amplitude)
+        estimated.append((complex(*amplitude), 2.0 * gain / square if square > 0.0 else 0.0))
+    return estimated
 
 
-def _turning(fit: Fit) -> list[Effect]:
-    """Effects of the file that go with what turns unseen."""
+def _phase_effects(fit: Fit) -> list[Effect]:
+    """Effects of the file that depend on the unmeasured crank phase."""
     return [e for e in fit.model.system.effects if e.unseen_turn]
 
 
-def _silent(fit: Fit) -> Fit:
-    turning = _turning(fit)
-    if not turning:
+def _silenced(fit: Fit) -> Fit:
+    phase_effects = _phase_effects(fit)
+    if not phase_effects:
         return fit
-    point = replace(fit.point, effects=(*fit.point.effects, *(e.silent() for e in turning)))
+    point = replace(fit.point, effects=(*fit.point.effects, *(e.silent() for e in phase_effects)))
     return replace(fit, point=point, predicted=predict(fit.model, point))

@@ -1,4 +1,4 @@
-"""Fits by plain least squares, which lead from far where a noise model holds fits where they begin."""
+"""Plain least-squares fits from distant starts, where a noise model would prevent convergence."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,53 +18,60 @@ from slipbench.plant.signals import Floats
 
 ROUNDS = 6
 BEGINNINGS = (1 / 64, 1 / 16, 1 / 4)
-"""Shares of a recording that are fitted one after the other on the way from far."""
+"""Shares of a recording, from its beginning, that are fitted one after the other."""
 LEAST = 1e-3
-"""Share of the error of the whole recordings below which an error in their beginnings is none."""
+"""Share of the error over the whole recordings below which an error of an initial part is
+negligible."""
 BETTER = 0.02
 """Share of the mean square by which a round of plain least squares must lower it."""
 
 
 def least_squares_start(fit: Fit) -> Fit:
-    """Return the fit by plain least squares, taken up from there with a noise model.
+    """Return the fit reached by plain least squares and then refitted with a noise model.
 
-    A noise model takes a wrong simulation's errors for noise, and fits then stay where they begin;
-    plain errors lead from far.
+    A noise model attributes the errors of a wrong simulation to noise, and the fit then stays near
+    its start; unweighted errors do not hold it there.
     """
-    return refit_with_updated_jacobian(renoised(_plainly(fit, ROUNDS, _least(fit))), ROUGHLY)
+    return refit_with_updated_jacobian(
+        renoised(_least_squares(fit, ROUNDS, _negligible_errors(fit))), ROUGHLY
+    )
 
 
 def from_its_beginning(start: Fit) -> Fit:
-    """Return the fit by plain least squares to more and more of each recording.
+    """Return the plain least-squares fit to growing initial parts of each recording.
 
-    An error in the states in which a recording begins, or in a frequency, grows with time. Where it
-    is half a turn, the slopes lead to another turn.
+    An error of the initial states or of a frequency grows with time. Where it exceeds half a
+    period, the gradient leads to a neighbouring period.
     """
     fit = start
     for share in BEGINNINGS:
-        fit = _plainly(replace(fit, model=start.model.until(share)), 2, _least(start))
+        fit = _least_squares(
+            replace(fit, model=start.model.until(share)), 2, _negligible_errors(start)
+        )
     return replace(fit, model=start.model)
 
 
-def _least(fit: Fit) -> list[Floats]:
-    """Return errors by block and output that count as none, of the whole recordings."""
+def _negligible_errors(fit: Fit) -> list[Floats]:
+    """Return the negligible error of each output, by output group, over the whole recordings."""
     return [LEAST * scale_of(r) for r in fit.residuals]
 
 
-def _plainly(fit: Fit, rounds: int, least: Sequence[Floats]) -> Fit:
-    """Fit by plain least squares as long as that lowers the error. least: see `_least`."""
+def _least_squares(fit: Fit, rounds: int, negligible: Sequence[Floats]) -> Fit:
+    """Iterate plain least squares while the error falls. negligible: see `_negligible_errors`."""
     error = np.inf
     for _ in range(rounds):
         noise = [
-            even(np.maximum(scale_of(r), s)) for r, s in zip(fit.residuals, least, strict=True)
+            even(np.maximum(scale_of(r), s)) for r, s in zip(fit.residuals, negligible, strict=True)
         ]
         fit = at_fixed_noise(relinearized(replace(fit, noise=noise)))
-        before, error = error, _mean_square(fit.residuals)
-        if error > (1.0 - BETTER) * before:
+        previous, error = error, _mean_square(fit.residuals)
+        if error > (1.0 - BETTER) * previous:
             break
     return fit
 
 
-def _mean_square(rest: Series) -> float:
-    """Geometric mean over the blocks, which have units of their own."""
-    return float(np.exp(np.mean([np.log(np.mean(np.concatenate(r) ** 2) + 1e-300) for r in rest])))
+def _mean_square(residuals: Series) -> float:
+    """Geometric mean over the output groups, which have different units."""
+    return float(
+        np.exp(np.mean([np.log(np.mean(np.concatenate(r) ** 2) + 1e-300) for r in residuals]))
+    )

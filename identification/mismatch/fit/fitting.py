@@ -1,7 +1,7 @@
-"""A fitted point: residuals, whitened sensitivities, and the score by which hypotheses compare.
+"""A fitted point: residuals, whitened sensitivities, and the score that compares hypotheses.
 
-The score is the log-posterior with the noise model that fits it, so that hypotheses with different
-noise can be compared.
+The score is the log-posterior under the noise model fitted to the residuals, so that hypotheses
+with different noise can be compared.
 """
 
 from collections.abc import Sequence
@@ -34,10 +34,11 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fitted point. slopes: sensitivities (T, m, p), unwhitened, perhaps of a point nearby.
+    """A fitted point. slopes: sensitivities (T, m, p), unwhitened, possibly of a nearby point.
 
-    slopes_at: coordinates of the system at that point; None: here.
-    strengths: of the dials, where known from a point nearby (resolution.py).
+    slopes_at: coordinates of the system at that point; None: at this point. strengths: change of
+    whitened residuals per unit of each effect parameter, where known from a nearby point
+    (resolution.py).
     """
 
     model: Model
@@ -51,7 +52,7 @@ class Fit:
 
     @once
     def residuals(self) -> Series:
-        """Residuals of this point."""
+        """Residuals at this point."""
         return residuals(self.model, self.predicted)
 
     @once
@@ -75,27 +76,29 @@ class Fit:
 
         Sensitivities to values, not to their logarithms, are assumed to be equal at both points.
         """
-        both = zip(self.model.known, self.point.x, self.taken_at, strict=True)
-        own = [k.slope(here) / k.slope(there) for k, here, there in both]
+        coordinates = zip(self.model.known, self.point.x, self.taken_at, strict=True)
+        own = [k.slope(here) / k.slope(there) for k, here, there in coordinates]
         return np.concatenate((own, np.ones(sum(q.size for q in self.point.q))))
 
     @once
     def nuisances(self) -> Nuisances:
-        """Whitened sensitivities."""
-        there = self.taken_at is self.point.x
-        return Nuisances(self.whitened if there else self.whitened * self.slope_ratio)
+        """Whitened sensitivities at this point."""
+        at_own_point = self.taken_at is self.point.x
+        return Nuisances(self.whitened if at_own_point else self.whitened * self.slope_ratio)
 
     @once
     def clusters(self) -> Integers:
-        """Number of the stretch of time of every whitened row."""
+        """Index of the time segment of every whitened row."""
         return clusters(self.model)
 
     @once
     def variance_inflation(self) -> VarianceInflation:
-        """How errors hang together, told by the system's own sensitivities."""
-        own = self.nuisances.columns[:, : max(len(self.point.x), 1)]
-        left = self.nuisances.project_out(self.whitened_residuals)[: len(self.whitened_residuals)]
-        return fit_variance_inflation(own, left, self.clusters)
+        """Variance inflation by serial correlation, fitted to the system's own sensitivities."""
+        columns = self.nuisances.columns[:, : max(len(self.point.x), 1)]
+        residual = self.nuisances.project_out(self.whitened_residuals)[
+            : len(self.whitened_residuals)
+        ]
+        return fit_variance_inflation(columns, residual, self.clusters)
 
     @once
     def score(self) -> float:
@@ -110,7 +113,7 @@ class Fit:
 
     @once
     def coarse(self) -> "Fit":
-        """The same point simulated with coarse steps; what is whitened is shared."""
+        """The same point simulated with coarse steps; whitened arrays are shared."""
         if self.model.coarse is self.model:
             return self
         model = self.model.coarse
@@ -123,19 +126,20 @@ class Fit:
 
     @once
     def effect_columns(self) -> Floats:
-        """Whitened sensitivities to the dials of all effects, (rows, dials)."""
+        """Whitened sensitivities to the parameters of all effects, (rows, parameters)."""
         return whiten_and_stack(self.model, self.noise, _parameter_columns(self))
 
 
 def renoised(fit: Fit) -> Fit:
-    """Return the fit with the noise model that its own residuals give."""
+    """Return the fit with the noise model fitted to its own residuals."""
     return replace(fit, noise=whiteners(fit.model, fit.residuals))
 
 
 def with_effects(fit: Fit, candidates: Sequence[Hypothesis]) -> Fit:
-    """Return the fit with these effects turned on; nothing is fitted yet.
+    """Return the fit with these effects added; nothing is fitted.
 
-    Whitened sensitivities are shared with the given fit. Raises PlantError where it cannot run.
+    Whitened sensitivities are shared with the given fit. Raises PlantError where it cannot be
+    simulated.
     """
     point = replace(fit.point, effects=tuple(c.effect() for c in candidates))
     predicted = predict(fit.model, point)
@@ -144,7 +148,7 @@ def with_effects(fit: Fit, candidates: Sequence[Hypothesis]) -> Fit:
 
 
 def whitened_as(fit: Fit, new: Fit) -> Fit:
-    """Return a fit that shares what is whitened with another of the same slopes and noise."""
+    """Return `new` with the whitened arrays of `fit`, which has the same slopes and noise."""
     new.__dict__["whitened"] = fit.whitened
     if new.point.x is fit.point.x:
         new.__dict__["nuisances"] = fit.nuisances
@@ -152,68 +156,74 @@ def whitened_as(fit: Fit, new: Fit) -> Fit:
 
 
 def _parameter_columns(fit: Fit) -> Series:
-    """Sensitivities (T, m, dials), unwhitened."""
+    """Sensitivities to the effect parameters, (T, m, parameters), unwhitened."""
     model = fit.model.coarse
     base = fit.predicted if model is fit.model else predict(model, fit.point)
     total = sum(len(c.parameters) for c in fit.candidates)
-    found = [[np.zeros((*m.shape, total)) for m in ms] for ms in fit.model.measured]
+    columns = [[np.zeros((*m.shape, total)) for m in ms] for ms in fit.model.measured]
     column = 0
     for i, candidate in enumerate(fit.candidates):
-        known = candidate.responses
+        responses = candidate.responses
         for d in range(len(candidate.parameters)):
-            if known is not None:
-                _put_known(found, known, model, d, column)
+            if responses is not None:
+                _put_known(columns, responses, model, d, column)
                 column += 1
                 continue
             strength = fit.strengths[column] if fit.strengths else 0.0
-            for there, share in _difference_step(fit, candidate, d, strength):
-                effects = (*fit.point.effects[:i], there.effect(), *fit.point.effects[i + 1 :])
+            for stepped, factor in _difference_step(fit, candidate, d, strength):
+                effects = (*fit.point.effects[:i], stepped.effect(), *fit.point.effects[i + 1 :])
                 series = change(model, fit.point, effects, base)
-                for into, changed in zip(found, series, strict=True):
+                for target, changed in zip(columns, series, strict=True):
                     for r, one in enumerate(changed):
                         if one.size:
-                            into[r][:, :, column] += share * one
+                            target[r][:, :, column] += factor * one
             column += 1
-    return found
+    return columns
 
 
 def _difference_step(
     fit: Fit, candidate: Hypothesis, parameter: int, strength: float
 ) -> list[tuple[Hypothesis, float]]:
-    """Return the candidate with one dial nudged, and the share of each change in the slope.
+    """Return the candidate with one parameter stepped, and the weight of each change in the slope.
 
-    An effect is nudged to both sides: a difference to one side is the slope half a nudge away. What is
-    read off the recordings, and what is no effect of the library, keeps its own nudge.
+    Effects use central differences, because a one-sided difference is the slope half a step away.
+    Sizes determined from the recordings, and hypotheses that are no effects of the library, keep
+    their own step and a one-sided difference.
     """
-    usual, way = candidate.difference_steps[parameter], np.eye(len(candidate.parameters))[parameter]
+    default, unit = (
+        candidate.difference_steps[parameter],
+        np.eye(len(candidate.parameters))[parameter],
+    )
     fitted = isinstance(candidate, Candidate) and not candidate.fixed_from_data
-    nudge = step_of(usual, strength) if fitted or fit.model.system.smooth else usual
-    there = candidate.moved(nudge * way)
+    step = step_of(default, strength) if fitted or fit.model.system.smooth else default
+    forward = candidate.moved(step * unit)
     if not fitted:
-        return [(there, 1.0 / nudge)]
-    back = candidate.moved(-nudge * way)
-    span = there.parameters[parameter] - back.parameters[parameter]
-    return [(there, 1.0 / span), (back, -1.0 / span)] if span else []
+        return [(forward, 1.0 / step)]
+    backward = candidate.moved(-step * unit)
+    span = forward.parameters[parameter] - backward.parameters[parameter]
+    return [(forward, 1.0 / span), (backward, -1.0 / span)] if span else []
 
 
-def _put_known(into: Series, known: Series, model: Model, parameter: int, column: int) -> None:
-    for found, answered, counts in zip(into, known, model.known_bins, strict=True):
-        for r, one in enumerate(answered):
+def _put_known(
+    target: Series, responses: Series, model: Model, parameter: int, column: int
+) -> None:
+    for columns, of_group, counts in zip(target, responses, model.known_bins, strict=True):
+        for r, one in enumerate(of_group):
             if one.size:
-                found[r][:, :, column] = one[:, :, parameter] * counts[r]
+                columns[r][:, :, column] = one[:, :, parameter] * counts[r]
 
 
 def parameters(now: Sequence[Hypothesis]) -> Floats:
-    """Dials of all candidates, end to end."""
+    """Parameters of all candidates, concatenated, (parameters,)."""
     return np.concatenate([c.parameters for c in now]) if now else np.zeros(0)
 
 
 def deviations(now: Sequence[Hypothesis]) -> Floats:
-    """Prior deviation of each of them."""
+    """Prior deviation of each of them, (parameters,)."""
     return np.concatenate([c.deviations for c in now])
 
 
 def prior(point: Point, now: Sequence[Hypothesis]) -> float:
-    """What is believed beforehand against a point: twice the nats, up to a constant."""
+    """Return twice the negative log-prior of a point, nats, up to a constant."""
     z = coordinates_of(point)
     return float(z @ z) + (float(np.sum((parameters(now) / deviations(now)) ** 2)) if now else 0.0)

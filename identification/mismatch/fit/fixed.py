@@ -1,7 +1,8 @@
-"""Numbers that calibration moved far from the file, fixed where the file has them.
+"""Parameters that calibration moved far from the file, fixed at the values of the file.
 
-They may make up for an effect. Beside them it leaves no trace: of a backlash worth 500 nats a
-screening saw 0.1. With them fixed, and all others fitted, what they made up for is left over.
+Such parameters may compensate for a missing effect. In a fit with them free the effect has almost
+no response: a screening found a log-likelihood gain of 0.1 nats for a backlash worth 500 nats. With
+them fixed and all others fitted, the residual contains what they compensated for.
 """
 
 from dataclasses import replace
@@ -24,26 +25,26 @@ from slipbench.identification.mismatch.simulation.model import Model, Point, pre
 
 
 def far_numbers_fixed(fit: Fit) -> Fit:
-    """Return the fit of all other numbers and of the effects, begun at the numbers of the file.
+    """Return the fit of all other parameters and the effects, started at the values of the file.
 
-    Raises PlantError where it cannot run.
+    Raises PlantError where it cannot be simulated.
     """
     far = {known for known, _ in parameters_far_from_prior(fit)}
-    left = [k for k in fit.model.known if k not in far]
+    remaining = [k for k in fit.model.known if k not in far]
     clocks = {k: x for k, x in zip(fit.model.known, fit.point.x, strict=True) if k.of_clock}
-    model = fit.model.uncertain_of(left)
-    x = np.array([clocks.get(k, 0.0) for k in left])
+    model = fit.model.uncertain_of(remaining)
+    x = np.array([clocks.get(k, 0.0) for k in remaining])
     uncalibrated = replace(start_fit(model, replace(fit.point, x=x)), candidates=fit.candidates)
     return refit_with_updated_jacobian(optimize(uncalibrated), ROUGHLY)
 
 
 def freed(fit: Fit, model: Model) -> Fit:
-    """Return the fit with everything that a model is uncertain of fitted again.
+    """Return the fit with all uncertain parameters of a model fitted again.
 
-    Raises PlantError where it cannot run.
+    Raises PlantError where it cannot be simulated.
     """
-    there = dict(zip(fit.model.known, fit.point.x, strict=True))
-    x = np.array([there.get(k, 0.0) for k in model.known])
+    estimates = dict(zip(fit.model.known, fit.point.x, strict=True))
+    x = np.array([estimates.get(k, 0.0) for k in model.known])
     point: Point = replace(fit.point, x=x)
     start = Fit(model, point, predict(model, point), fit.noise, [], fit.candidates)
     return map_fit(relinearized(start))

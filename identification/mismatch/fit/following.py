@@ -1,4 +1,4 @@
-"""Settling with sensitivities taken anew, and along curved valleys."""
+"""Refits with updated sensitivities, with pattern moves along curved valleys."""
 
 from dataclasses import replace
 
@@ -11,17 +11,19 @@ from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, se
 from slipbench.plant.signals import Floats
 
 FARTHEST = 64.0
-"""Times the last way, at most, that a fit is looked for along it."""
-WORTH_AGAIN = 1.0  # nats; far less than an effect must bring, so that none gets what is left
-ROUGHLY = 10.0  # nats; enough for what is only compared with other tries
-BENDS = 20  # times that sensitivities are taken anew at most
+"""Largest multiple of the last step that is searched along its direction."""
+WORTH_AGAIN = (
+    1.0  # nats; far below the gain required of an effect, so that none is credited with it
+)
+ROUGHLY = 10.0  # nats; sufficient where fits are only compared with each other
+BENDS = 20  # largest number of sensitivity updates
 
 
 def refit_with_updated_jacobian(fit: Fit, worth: float = WORTH_AGAIN) -> Fit:
-    """Return the fit settled with sensitivities taken anew, again as long as that is worth it.
+    """Return the fit optimized with updated sensitivities, repeated while the gain is large enough.
 
-    Numbers known to a few per cent bend nothing; others move by factors, along curved valleys.
-    worth: nats that a round must bring for another one.
+    Sensitivities hardly change with parameters known to a few per cent; other parameters move by
+    factors, along curved valleys. worth: log-likelihood gain required for another round, nats.
     """
     fit = relinearized(fit)
     for _ in range(BENDS):
@@ -33,7 +35,7 @@ def refit_with_updated_jacobian(fit: Fit, worth: float = WORTH_AGAIN) -> Fit:
 
 
 def relinearized(fit: Fit) -> Fit:
-    """Return the same with sensitivities at its own point."""
+    """Return the fit with sensitivities at its own point."""
     known = bool(fit.slopes) and fit.model.system.smooth
     strengths = strengths_of(fit.nuisances.columns) if known else ()
     slopes = sensitivities(fit.model, fit.point, strengths)
@@ -41,20 +43,20 @@ def relinearized(fit: Fit) -> Fit:
 
 
 def farther_along(before: Fit, after: Fit) -> Fit:
-    """Return the best fit along the line from one fit through the next, as far as it gets better.
+    """Return the best fit on the line from one fit through the next, while the score rises.
 
-    Along a curved valley settled fits creep, each by a like share of the way: a pattern move (Hooke
-    and Jeeves, "Direct search solution of numerical and statistical problems", Journal of the ACM 8
-    (1961)).
+    Along a curved valley successive fits advance slowly, each by a similar share of the distance.
+    This is a pattern move (Hooke and Jeeves, "Direct search solution of numerical and statistical
+    problems", Journal of the ACM 8 (1961)).
     """
     dz = coordinates_of(after.point) - coordinates_of(before.point)
     du = parameters(after.candidates) - parameters(before.candidates)
-    best, times = after, 1.0
-    while times <= FARTHEST:
-        new = _shifted(after, times * dz, times * du)
+    best, factor = after, 1.0
+    while factor <= FARTHEST:
+        new = _shifted(after, factor * dz, factor * du)
         if new is None or new.score <= best.score:
             break
-        best, times = new, 2.0 * times
+        best, factor = new, 2.0 * factor
     return best
 
 

@@ -1,4 +1,4 @@
-"""Prove it on recordings that took no part in the fit."""
+"""Validation on held-out recordings."""
 
 import math
 from collections.abc import Iterator
@@ -22,18 +22,22 @@ from slipbench.plant.signals import Floats
 
 DRAWS = 2000
 CONFIRMED = 5.0
-"""Nats that held-out recordings must gain from what they would show plainly."""
+"""Gain required of an effect with a strong predicted response in held-out recordings, nats."""
 LARGE = 5.0
-"""Times its floor beyond which an error is large. Innovations leave out what follows from the errors
-before: of motorcycles of which nothing is missing, errors are up to 2.7 times such a floor."""
+"""Multiple of its floor beyond which an error is large.
+
+Innovations exclude what follows from preceding errors: for motorcycles without a missing effect,
+errors are up to 2.7 times such a floor.
+"""
 
 
 @dataclass(frozen=True)
 class Error:
     """Root mean square error of one output, SI.
 
-    floor: what no model of the commands can explain; floor_from: what tells it (see floor.py).
-    interval: 95 %, of improved over nominal, from drawing stretches of time again.
+    floor: error that no model of the commands can explain; floor_from: source of the floor (see
+    floor.py). interval: 95 % bootstrap interval of improved over nominal, by resampling time
+    segments.
     """
 
     output: str
@@ -47,48 +51,50 @@ class Error:
 
     @property
     def large(self) -> bool:
-        """Whether it is far above its floor with all that was accepted."""
+        """Whether the error with all accepted effects is far above its floor."""
         return self.improved > LARGE * self.floor
 
 
 @lru_cache(maxsize=4)
 def refit_on(fit: Fit, model: Model) -> Fit:
-    """Let a fitted system meet other recordings; everything uncertain may move again."""
-    begun = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
+    """Refit a fitted system on other recordings; all uncertain parameters are free again."""
+    start = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
     system = fit.model.at(fit.point)
     if system.turns_unseen():
-        begun = replace(begun, q=_begun(system, model, fit).point.q)
-    there = refit_with_updated_jacobian(optimize(_there(fit, begun, model)))
-    return replace(there, candidates=fit.candidates)
+        start = replace(start, q=_at_start_angles(system, model, fit).point.q)
+    refitted = refit_with_updated_jacobian(optimize(_fit_at(fit, start, model)))
+    return replace(refitted, candidates=fit.candidates)
 
 
-def _begun(system: System, model: Model, noise_of: Fit) -> Fit:
-    """Return an unchanged system beside recordings, begun at the angles that suit them best.
+def _at_start_angles(system: System, model: Model, noise_source: Fit) -> Fit:
+    """Return an unchanged system on recordings, started at the crank phases that fit best.
 
-    First nothing goes with the angle, until the speed is that of the recordings.
+    The speed is fitted first, without the effects that depend on the crank phase.
     """
-    silent = _unchanged(system.silenced(), model)
-    met = renoised(at_fixed_noise(_there(noise_of, silent.origin(), silent))).point
-    fixed = _unchanged(system, model)
-    return scanned(_there(noise_of, replace(met, effects=fixed.origin().effects), fixed))
+    silent = _with_fixed_parameters(system.silenced(), model)
+    silent_point = renoised(at_fixed_noise(_fit_at(noise_source, silent.origin(), silent))).point
+    fixed = _with_fixed_parameters(system, model)
+    return scanned(
+        _fit_at(noise_source, replace(silent_point, effects=fixed.origin().effects), fixed)
+    )
 
 
-def _unchanged(system: System, model: Model) -> Model:
-    """Return the model of one system in which only the slow unknown and clocks are estimated."""
+def _with_fixed_parameters(system: System, model: Model) -> Model:
+    """Return the model of a system with only slow disturbance and clocks estimated."""
     clocks = [k for k in model.known if k.of_clock]
     return Model(system, model.records, model.partition, clocks, model.injected)
 
 
-def _there(fit: Fit, point: Point, model: Model) -> Fit:
+def _fit_at(fit: Fit, point: Point, model: Model) -> Fit:
     return Fit(model, point, predict(model, point), fit.noise, sensitivities(model, point))
 
 
 @dataclass(frozen=True)
 class Veto:
-    """What held-out recordings contradict: an effect or a free curve. gain, least: nats.
+    """An effect or curve contradicted by held-out recordings. gain, least: nats.
 
-    gain: held-out log-likelihood gain, at its best; least: what it would have gained if it were
-    right; reason: the same as a sentence.
+    gain: largest held-out log-likelihood gain. least: gain required if the effect were right.
+    reason: the same as a sentence.
     """
 
     name: str
@@ -98,7 +104,7 @@ class Veto:
 
 
 def veto(name: str, gain: float, least: float) -> Veto:
-    """Say why held-out recordings contradict what these names stand for."""
+    """Return a veto with its reason. gain, least: nats, see `Veto`."""
     reason = (
         f"the held-out log-likelihood changes by {gain:.0f} nats, and would rise by at least"
         f" {least:.0f} nats if it were right"
@@ -107,72 +113,74 @@ def veto(name: str, gain: float, least: float) -> Veto:
 
 
 def contradicted(before: Fit, after: Fit, model: Model) -> Veto | None:
-    """Return the veto of held-out recordings against what `after` has more than `before`.
+    """Return the veto of held-out recordings against the effects that only `after` has, or None.
 
-    They speak against it where they would show it, if it were right, but gain less than chance may
-    take from it. None: they do not.
+    They contradict the effects if the gain is below the one expected of correct effects, less two
+    standard deviations.
     """
     known = {e.key for e in before.point.effects}
     name = " + ".join(e.key for e in after.point.effects if e.key not in known)
-    bare = refit_on(before, model)
+    reference = refit_on(before, model)
     try:
-        there = refit_on(after, model)
+        refitted = refit_on(after, model)
     except PlantError as fault:
         return Veto(name, -math.inf, CONFIRMED, f"they cannot be simulated with it: {fault}")
-    least = _asked(bare, there)
-    best = there.score
-    if best < bare.score + least:
-        best = max(best, _added(bare, there.point.effects).score)
-    if best >= bare.score + least:
+    least = _required_gain(reference, refitted)
+    best = refitted.score
+    if best < reference.score + least:
+        best = max(best, _with_effects(reference, refitted.point.effects).score)
+    if best >= reference.score + least:
         return None
-    return veto(name, best - bare.score, least)
+    return veto(name, best - reference.score, least)
 
 
-def _asked(bare: Fit, there: Fit) -> float:
-    """Return the nats that what `there` has more than `bare` must bring on its recordings.
+def _required_gain(reference: Fit, refitted: Fit) -> float:
+    """Return the gain required of the effects of a fit on its recordings, nats.
 
-    As much as it would show there if it were right, less what chance may take. Where nothing can be
-    simulated without it, it would show plainly.
+    This is the gain expected if they were right, less two standard deviations. If nothing can be
+    simulated without the effects, their response counts as strong.
     """
-    model, without = there.model, replace(there.point, effects=bare.point.effects)
+    model, without = refitted.model, replace(refitted.point, effects=reference.point.effects)
     try:
-        trace = change(model, without, there.point.effects, predict(model, without))
+        trace = change(model, without, refitted.point.effects, predict(model, without))
     except PlantError:
         return CONFIRMED
-    course = there.nuisances.project_out(whiten_and_stack(model, there.noise, trace))
-    worth = 0.5 * float(course @ course)
-    chance = 2.0 * math.sqrt(2.0 * worth)  # 2 sigma of what a right effect of that worth gains
-    return min(CONFIRMED, worth - chance)
+    response = refitted.nuisances.project_out(whiten_and_stack(model, refitted.noise, trace))
+    expected = 0.5 * float(response @ response)
+    chance = 2.0 * math.sqrt(2.0 * expected)  # 2 sigma of the gain of a correct effect
+    return min(CONFIRMED, expected - chance)
 
 
-def _added(bare: Fit, effects: tuple[Effect, ...]) -> Fit:
-    """Let effects act where a fit stands without them: the other way may have ended farther off."""
-    point = replace(bare.point, effects=effects)
-    return optimize(replace(bare, point=point, predicted=predict(bare.model, point), candidates=()))
+def _with_effects(reference: Fit, effects: tuple[Effect, ...]) -> Fit:
+    """Return the fit started from the fit without effects: the other start may end farther off."""
+    point = replace(reference.point, effects=effects)
+    return optimize(
+        replace(reference, point=point, predicted=predict(reference.model, point), candidates=())
+    )
 
 
-def simulated_only(model: Model, system: System, noise_of: Fit) -> Fit:
-    """Let one system, unchanged, meet recordings; the slow unknown and clocks are estimated."""
+def simulated_only(model: Model, system: System, noise_source: Fit) -> Fit:
+    """Simulate an unchanged system; only slow disturbance and clocks are estimated."""
     if system.turns_unseen():
-        begun = _begun(system, model, noise_of)
-        return refit_with_updated_jacobian(_there(noise_of, begun.point, begun.model))
-    fixed = _unchanged(system, model)
-    return renoised(at_fixed_noise(_there(noise_of, fixed.origin(), fixed)))
+        start = _at_start_angles(system, model, noise_source)
+        return refit_with_updated_jacobian(_fit_at(noise_source, start.point, start.model))
+    fixed = _with_fixed_parameters(system, model)
+    return renoised(at_fixed_noise(_fit_at(noise_source, fixed.origin(), fixed)))
 
 
 def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
-    """Return the nats that a fit gains over a base on recordings, both with unchanged parameters.
+    """Return the held-out gain of a fit over a base, both with unchanged parameters, nats.
 
-    improved: the held-out model in which what was found acts.
+    improved: the held-out model in which the identified effects act.
     """
     before = simulated_only(model, base.model.at(base.point), fit)
     return simulated_only(improved, fit.model.at(fit.point), fit).score - before.score
 
 
 def mispredicted(model: Model, base: Fit, fit: Fit, most: float) -> Veto | None:
-    """Return the veto against effects with which a simulation predicts recordings worse; None: not.
+    """Return the veto against effects that worsen the prediction of recordings, or None.
 
-    most: nats that they may lose. All parameters stay as they are in both.
+    most: largest acceptable loss, nats. All parameters are fixed in both simulations.
     """
     name = " + ".join(e.key for e in fit.point.effects if e not in base.point.effects)
     try:
@@ -187,9 +195,10 @@ def mispredicted(model: Model, base: Fit, fit: Fit, most: float) -> Veto | None:
 
 
 def proof(model: Model, base: Fit, fit: Fit, improved: Model | None = None) -> list[Fit]:
-    """Held-out runs of the file's system, of it re-calibrated, and of it with what was found.
+    """Held-out simulations of the file's system, the calibrated one, and that with all effects.
 
-    improved: the held-out model in which what was found acts, where that is more than its system.
+    improved: the held-out model in which the identified effects act, where it is more than the
+    system.
     """
     return [
         simulated_only(model, model.system, fit),
@@ -199,33 +208,35 @@ def proof(model: Model, base: Fit, fit: Fit, improved: Model | None = None) -> l
 
 
 def errors(runs: list[Fit]) -> list[Error]:
-    """Errors of the three systems of a proof, output by output."""
+    """Errors of the three held-out simulations, for each output."""
     return [e for b in range(len(runs[0].model.partition.groups)) for e in _errors(runs, b)]
 
 
 def _errors(runs: list[Fit], b: int) -> Iterator[Error]:
-    least, told_by = floors(runs[-1], b)
+    floor_values, source = floors(runs[-1], b)
     for j, output in enumerate(runs[0].model.partition.groups[b].outputs):
-        squares = [_squares(run, b, j) for run in runs]
+        squares = [_segment_squares(run, b, j) for run in runs]
         nominal, calibrated, improved = (float(np.sqrt(np.mean(s))) for s in squares)
         unit = runs[0].model.records[0].sensors[output].unit
-        interval = _ratio(squares[0], squares[2])
-        floor = float(least[j])
-        yield Error(output, unit, nominal, calibrated, improved, floor, told_by, interval)
+        interval = _ratio_interval(squares[0], squares[2])
+        floor = float(floor_values[j])
+        yield Error(output, unit, nominal, calibrated, improved, floor, source, interval)
 
 
-def _squares(run: Fit, b: int, j: int) -> Floats:
-    """Mean square error of every stretch of time."""
-    found = []
-    for r, rest in enumerate(run.residuals[b]):
-        parts = np.array_split(rest[:, j], run.model.records[r].grid.stretches)
-        found += [float(np.mean(part**2)) for part in parts]
-    return np.array(found)
+def _segment_squares(run: Fit, b: int, j: int) -> Floats:
+    """Mean square error of every time segment."""
+    squares = []
+    for r, residual in enumerate(run.residuals[b]):
+        parts = np.array_split(residual[:, j], run.model.records[r].grid.stretches)
+        squares += [float(np.mean(part**2)) for part in parts]
+    return np.array(squares)
 
 
-def _ratio(nominal: Floats, improved: Floats) -> tuple[float, float]:
+def _ratio_interval(nominal: Floats, improved: Floats) -> tuple[float, float]:
     rng = np.random.default_rng(1)
-    drawn = rng.integers(0, nominal.size, (DRAWS, nominal.size))
-    ratio = np.sqrt(improved[drawn].mean(axis=1) / np.maximum(nominal[drawn].mean(axis=1), 1e-300))
+    resampled = rng.integers(0, nominal.size, (DRAWS, nominal.size))
+    ratio = np.sqrt(
+        improved[resampled].mean(axis=1) / np.maximum(nominal[resampled].mean(axis=1), 1e-300)
+    )
     low, high = np.quantile(ratio, (0.025, 0.975))
     return float(low), float(high)

@@ -1,4 +1,4 @@
-"""Something missing that can be turned up from nothing, and fitted."""
+"""A missing effect that can be added from magnitude zero and fitted."""
 
 from abc import ABC, abstractmethod
 from typing import Self
@@ -9,11 +9,11 @@ from slipbench.plant.signals import Floats
 
 
 class Hypothesis(ABC):
-    """Something missing that can be turned up from nothing. dials: what is fitted, free numbers.
+    """A missing effect. parameters: free values that are fitted.
 
-    placebo: how its size scatters over other places at which it is looked for, if it has any.
-    responses: what a unit of each dial brings in the outputs, (T, m, dials) by block and record,
-    where that is known beforehand; else it is measured by nudging.
+    placebo: variance inflation of its size at placebo locations, if it has any. responses: response
+    of the outputs to a unit of each parameter, (T, m, parameters) by output group and record, where
+    known in advance; otherwise it is computed by finite differences.
     """
 
     parameters: tuple[float, ...]
@@ -23,22 +23,22 @@ class Hypothesis(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """Its word."""
+        """Its name."""
 
     @property
     @abstractmethod
     def deviations(self) -> tuple[float, ...]:
-        """Prior deviation of every dial."""
+        """Prior deviation of every parameter."""
 
     @property
     @abstractmethod
     def difference_steps(self) -> tuple[float, ...]:
-        """Small steps by which the dials' effect is measured."""
+        """Finite-difference step of every parameter."""
 
     @abstractmethod
     def effect(self) -> Effect:
-        """Return the effect at these dials."""
+        """Return the effect at these parameters."""
 
     @abstractmethod
     def moved(self, step: Floats) -> Self:
-        """Return it with its dials turned."""
+        """Return the hypothesis after a step of its parameters, (parameters,)."""

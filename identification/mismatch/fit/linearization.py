@@ -1,4 +1,4 @@
-"""What a fit leaves, made ready to be judged: signatures off the nuisances, and how they push."""
+"""Residual and effect responses of a fit with the nuisances projected out, for score tests."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -19,15 +19,15 @@ from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 Changes = Sequence[Sequence[npt.NDArray[np.floating[Any]]]]
-"""By block and record: (T, m), in any precision; empty where nothing changes."""
+"""By output group and record: (T, m), in any precision; empty where nothing changes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Linearization:
-    """Everything that scoring needs, made once for a fit.
+    """Linearization of a fit, computed once for all score tests.
 
-    residuals: what the nuisances leave of residuals and beliefs (see `Nuisances.off`), and clusters: the
-    stretch of time of each of its rows.
+    residuals: residuals and prior terms with the nuisances projected out (see
+    `Nuisances.project_out`). clusters: time segment of each of its rows.
     """
 
     fit: Fit
@@ -38,7 +38,7 @@ class Linearization:
 
     @classmethod
     def of(cls, fit: Fit) -> "Linearization":
-        """Prepare to judge what a fit leaves; the dials of its effects may vary as well."""
+        """Linearize a fit; the parameters of its effects are nuisances as well."""
         nuisances, z = fit.nuisances, coordinates_of(fit.point)
         if fit.candidates:
             nuisances = Nuisances(np.concatenate((nuisances.columns, fit.effect_columns), axis=1))
@@ -52,32 +52,34 @@ class Linearization:
 
     @once
     def coarse(self) -> Series:
-        """What sensors would show, simulated with the coarse steps of the signatures."""
+        """Predicted outputs, simulated with the coarse steps of the effect responses."""
         return predict(self.fit.model.coarse, self.fit.point, runs=self.runs)
 
     def effect_response(self, candidate: Candidate) -> Floats:
-        """Whitened change of all outputs that a candidate brings; zeros where it cannot be run."""
+        """Whitened change of all outputs by a candidate, (rows,); zeros where it cannot be run."""
         return self.effect_responses([candidate])[:, 0]
 
-    def effect_responses(self, tried: Sequence[Candidate | Effect]) -> Floats:
-        """Return the signatures of several candidates side by side, (rows, candidates)."""
-        return self.whitened(self.changes(tried))
+    def effect_responses(self, candidates: Sequence[Candidate | Effect]) -> Floats:
+        """Return the whitened responses of several candidates, (rows, candidates)."""
+        return self.whitened(self.changes(candidates))
 
-    def changes(self, tried: Sequence[Candidate | Effect]) -> list[Series]:
-        """Return what each of several candidates changes in all outputs; empty where nothing."""
-        base = self.coarse  # made before the threads, which share it
-        return in_threads(lambda one: self._change(one, base), tried)
+    def changes(self, candidates: Sequence[Candidate | Effect]) -> list[Series]:
+        """Return the change of all outputs by each candidate, (T, m); empty if none."""
+        base = self.coarse  # computed before the threads start, which share it
+        return in_threads(lambda one: self._change(one, base), candidates)
 
     def whitened(self, changes: Sequence[Changes]) -> Floats:
-        """Return changes, of this fit or of another beside the same records, as signatures here."""
+        """Return changes, of this or another fit of the same records, as responses, (rows, k)."""
         model = self.fit.model
-        found = [[np.zeros((*m.shape, len(changes))) for m in ms] for ms in model.measured]
+        stacked = [[np.zeros((*m.shape, len(changes))) for m in ms] for ms in model.measured]
         for i, of_one in enumerate(changes):
-            for into, changed in zip(found, of_one, strict=True):
+            for target, changed in zip(stacked, of_one, strict=True):
                 for r, one in enumerate(changed):
                     if one.size:
-                        into[r][:, :, i] = one
-        return np.nan_to_num(whiten_and_stack(model, self.fit.noise, found), posinf=0.0, neginf=0.0)
+                        target[r][:, :, i] = one
+        return np.nan_to_num(
+            whiten_and_stack(model, self.fit.noise, stacked), posinf=0.0, neginf=0.0
+        )
 
     def _change(self, one: Candidate | Effect, base: Series) -> Series:
         fit = self.fit
@@ -92,14 +94,15 @@ class Linearization:
     def energy_and_correlation(
         self, columns: Floats, rows: npt.NDArray[np.bool_] | None = None
     ) -> tuple[Floats, Floats]:
-        """Energy of signatures off the nuisances and what is left on them, (k,) each.
+        """Energy of projected responses, and their correlation with the residual, (k,) each.
 
-        rows: where they count, (rows,); elsewhere they are taken as zero. Default: everywhere.
+        The nuisances are projected out. rows: mask of the rows used, (rows,); the others count as
+        zero. Default: all.
         """
-        left, nuisances = self.residuals[: len(columns)], self.nuisances.columns
+        residual, nuisances = self.residuals[: len(columns)], self.nuisances.columns
         if rows is not None:
-            columns, left, nuisances = columns[rows], left[rows], nuisances[rows]
-        inside = nuisances.T @ columns
-        whole = np.einsum("ij,ij->j", columns, columns)
-        energy = whole - np.einsum("ij,ij->j", inside, self.nuisances.solve(inside))
-        return energy, columns.T @ left
+            columns, residual, nuisances = columns[rows], residual[rows], nuisances[rows]
+        products = nuisances.T @ columns
+        total = np.einsum("ij,ij->j", columns, columns)
+        energy = total - np.einsum("ij,ij->j", products, self.nuisances.solve(products))
+        return energy, columns.T @ residual

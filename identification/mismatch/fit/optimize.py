@@ -1,7 +1,7 @@
-"""Gauss-Newton with the noise model fitted along: vehicle, slow road and effects move together.
+"""Gauss-Newton fit of vehicle, slow disturbance and effects together, with a refitted noise model.
 
-Sensitivities to the vehicle are kept over many steps (they change little), those to the effects'
-dials are taken anew at each.
+Sensitivities to the vehicle are kept over many steps, because they change little; those to the
+effect parameters are updated at each step.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,126 +20,126 @@ from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
-SETTLED = 0.5  # nats that another step must bring
+SETTLED = 0.5  # nats; gain required for another step
 SHARES = (1.0, 0.4, 0.1)
 REACH = 2.0
-"""Prior deviations that a number of the system may move in a step: slopes hold no farther."""
+"""Largest step of a system parameter, in prior deviations: the linearization holds no farther."""
 DAMPINGS = (0.01, 0.1, 1.0)
-STEPS = 5  # under one noise model
+STEPS = 5  # at a fixed noise model
 STEPS_ALONG = 8
 
 
 def optimize(start: Fit) -> Fit:
-    """Fit until nothing moves: under the noise model of the start, then with it fitted along."""
-    return _climbed(renoised(at_fixed_noise(start)), STEPS_ALONG, along=True)
+    """Fit to convergence: at the noise model of the start, then with the noise model refitted."""
+    return _iterated(renoised(at_fixed_noise(start)), STEPS_ALONG, refit_noise=True)
 
 
 def at_fixed_noise(start: Fit, steps: int = STEPS) -> Fit:
-    """Fit under the noise model of the start, as far as these slopes lead."""
-    return _climbed(start, steps, along=False)
+    """Fit at the noise model and the sensitivities of the start."""
+    return _iterated(start, steps, refit_noise=False)
 
 
-def _climbed(fit: Fit, steps: int, along: bool) -> Fit:
+def _iterated(fit: Fit, steps: int, refit_noise: bool) -> Fit:
     damping_index = 0
     for _ in range(steps):
-        new, damping_index = _step(fit, along, damping_index)
+        new, damping_index = _step(fit, refit_noise, damping_index)
         if new.score - fit.score < SETTLED:
             return new
         fit = new
     return fit
 
 
-def _step(fit: Fit, along: bool, damping_index: int) -> tuple[Fit, int]:
-    """Return the first of a full, shorter and damped steps that leads on, or the same fit.
+def _step(fit: Fit, refit_noise: bool, damping_index: int) -> tuple[Fit, int]:
+    """Return the fit after the first full, shortened or damped step that improves it, else `fit`.
 
-    Where a step helps one drive and harms another, only what concerns the first is taken.
-    held_back: which of the steps led on before; it and the one before it are where this one begins.
+    If a step improves one subsystem and worsens another, only its components of the first are
+    taken. damping_index: index of the last successful step; the search begins one step before it.
     """
-    slopes = Slopes.of(fit, along)
+    slopes = Slopes.of(fit, refit_noise)
     full = _full_step(fit, slopes)
     if float(slopes.slope @ full) < 2 * SETTLED:
         return fit, damping_index
     first = max(damping_index - 1, 0)
     for i, step in enumerate(islice(_steps(fit, full, slopes), first, None), start=first):
-        new = _better(fit, step, along)
+        new = _better(fit, step, refit_noise)
         if new is not None:
             return new, i
     return fit, damping_index
 
 
-def _better(fit: Fit, step: Floats, along: bool) -> Fit | None:
-    """Return what a step leads to, or the part of it that helps; None where it does not lead on."""
-    places = coordinates_of(fit.point).size
-    bare = there(fit, step[:places], step[places:])
-    if bare is None:
+def _better(fit: Fit, step: Floats, refit_noise: bool) -> Fit | None:
+    """Return the fit after a step, or after its beneficial part; None where neither improves."""
+    count = coordinates_of(fit.point).size
+    stepped = there(fit, step[:count], step[count:])
+    if stepped is None:
         return None
-    new = renoised(bare) if along else bare
+    new = renoised(stepped) if refit_noise else stepped
     if new.score > fit.score:
         return new
-    part = _part_that_helped(fit, bare, step)
+    part = _part_that_helped(fit, stepped, step)
     if part is None:
         return None
-    new = renoised(part) if along else part
+    new = renoised(part) if refit_noise else part
     return new if new.score > fit.score + SETTLED else None
 
 
 def _full_step(fit: Fit, slopes: Slopes) -> Floats:
-    """Return the step to where least squares leads, within bounds; coordinates, then dials."""
+    """Return the bounded least-squares step; coordinates, then effect parameters."""
     z, u = coordinates_of(fit.point), parameters(fit.candidates)
     low, high = limits_of(fit, z)
-    now, far = np.concatenate((z, u)), np.full(u.size, np.inf)
-    low, high = np.concatenate((low, -far)), np.concatenate((high, far))
+    now, unlimited = np.concatenate((z, u)), np.full(u.size, np.inf)
+    low, high = np.concatenate((low, -unlimited)), np.concatenate((high, unlimited))
     return bounded(slopes.normal, slopes.slope + slopes.normal @ now, low, high) - now
 
 
 def _steps(fit: Fit, full: Floats, slopes: Slopes) -> Iterator[Floats]:
-    """Yield shares of a full step; then Marquardt's, which hold back where little is known."""
+    """Yield shares of the full step, then Levenberg-Marquardt steps of increasing damping."""
     yield from (share * full for share in SHARES)
     z = coordinates_of(fit.point)
     low, high = limits_of(fit, z)
     for damping in DAMPINGS:
-        held = slopes.normal + damping * np.diag(np.diag(slopes.normal))
-        step = np.asarray(np.linalg.solve(held, slopes.slope), np.float64)
+        damped = slopes.normal + damping * np.diag(np.diag(slopes.normal))
+        step = np.asarray(np.linalg.solve(damped, slopes.slope), np.float64)
         step[: z.size] = np.clip(step[: z.size], low - z, high - z)
         yield step
 
 
 def _part_that_helped(fit: Fit, new: Fit, step: Floats) -> Fit | None:
-    """Return the part of a step that concerns only drives which it helped; None: none or all."""
-    before, after = _by_subsystem(fit), _by_subsystem(new)
-    helped = {d for d in before if after[d] < before[d]}
-    gained = sum(before[d] - after[d] for d in helped)
-    if gained < 2 * SETTLED or len(helped) == len(before):
+    """Return the part of a step that concerns only improved subsystems; None if none or all."""
+    before, after = _squares_by_subsystem(fit), _squares_by_subsystem(new)
+    improved = {d for d in before if after[d] < before[d]}
+    total_gain = sum(before[d] - after[d] for d in improved)
+    if total_gain < 2 * SETTLED or len(improved) == len(before):
         return None
-    own = np.array([helped.issuperset(subsystems) for subsystems in _subsystems(fit)])
+    own = np.array([improved.issuperset(subsystems) for subsystems in _subsystems(fit)])
     part = np.where(own, step, 0.0)
-    places = coordinates_of(fit.point).size
-    return there(fit, part[:places], part[places:]) if part.any() else None
+    count = coordinates_of(fit.point).size
+    return there(fit, part[:count], part[count:]) if part.any() else None
 
 
-def _by_subsystem(fit: Fit) -> dict[str, float]:
-    """Sum of the squares of what each drive's outputs leave."""
-    found = dict.fromkeys(fit.model.partition.subsystems, 0.0)
+def _squares_by_subsystem(fit: Fit) -> dict[str, float]:
+    """Sum of squared whitened residuals of each subsystem's outputs."""
+    squares = dict.fromkeys(fit.model.partition.subsystems, 0.0)
     first = 0
-    for block, rest in zip(fit.model.partition.groups, fit.residuals, strict=True):
-        rows = sum(r.size for r in rest)
-        found[block.subsystem] += float(np.sum(fit.whitened_residuals[first : first + rows] ** 2))
+    for group, residuals in zip(fit.model.partition.groups, fit.residuals, strict=True):
+        rows = sum(r.size for r in residuals)
+        squares[group.subsystem] += float(np.sum(fit.whitened_residuals[first : first + rows] ** 2))
         first += rows
-    return found
+    return squares
 
 
 def _subsystems(fit: Fit) -> list[tuple[str, ...]]:
-    """Drives that each coordinate and each dial can change."""
+    """Subsystems that each coordinate and each effect parameter can change."""
     system, partition = fit.model.system, fit.model.partition
-    found = [system.touched(partition, c) for c in fit.model.known]
-    found += [system.slow_subsystems(partition)] * sum(q.size for q in fit.point.q)
+    subsystems = [system.touched(partition, c) for c in fit.model.known]
+    subsystems += [system.slow_subsystems(partition)] * sum(q.size for q in fit.point.q)
     for candidate, effect in zip(fit.candidates, fit.point.effects, strict=False):
-        found += [fit.model.subsystems_changed_by(effect)] * len(candidate.parameters)
-    return found
+        subsystems += [fit.model.subsystems_changed_by(effect)] * len(candidate.parameters)
+    return subsystems
 
 
 def limits_of(fit: Fit, z: Floats, step: float = REACH) -> tuple[Floats, Floats]:
-    """Between what a step may move the coordinates to: the system's are held, the slow are free."""
+    """Return bounds of the coordinates for a step, (p,) each; the slow disturbance has none."""
     own = np.arange(z.size) < len(fit.point.x)
     far = fit.model.system.farthest
     low = np.maximum(z - step, np.minimum(-far, z))
@@ -148,7 +148,7 @@ def limits_of(fit: Fit, z: Floats, step: float = REACH) -> tuple[Floats, Floats]
 
 
 def there(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
-    """Return the fit after a step of coordinates and dials; None where it cannot be simulated."""
+    """Return the fit after a step, (p,) each; None where it cannot be simulated."""
     candidates = turned(fit.candidates, du)
     effects = tuple(c.effect() for c in candidates) if candidates else fit.point.effects
     point = replace(moved(fit.model, fit.point, dz), effects=effects)
@@ -170,7 +170,7 @@ def there(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
 
 
 def turned(now: Sequence[Hypothesis], step: Floats) -> tuple[Hypothesis, ...]:
-    """Return the candidates with all their dials moved."""
+    """Return the candidates after a step of their parameters, (parameters,)."""
     if not now:
         return ()
     places = np.cumsum([len(c.parameters) for c in now])[:-1]

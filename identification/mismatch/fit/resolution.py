@@ -1,11 +1,11 @@
-"""How far a number is moved to measure by differences what it does.
+"""Finite-difference step of a parameter.
 
-In a narrow valley a difference over too large a step points across it, and no step leads on: a fit of
-a motor that warms stopped 7 000 nats before the optimum. So a number moves no farther than the
-recordings resolve. Where a simulation rounds as its sensors do, as that of a motorcycle with its
-teeth, smaller steps of its parameters would show stairs: there the usual steps stay. Effects always take
-such steps: 5 % of a wet patch was 250 standard deviations, and its fit ended 6 nats from where
-its slopes led.
+In a narrow valley a difference over too large a step points across the valley, and no step improves
+the fit: a fit of a motor that warms stopped 7 000 nats before the optimum. The step is therefore
+limited to what the recordings resolve. Where a simulation quantizes as its sensors do, like that of
+a motorcycle with its teeth, smaller steps of its parameters would resolve the quantization steps;
+there the default steps are kept. Effects always take limited steps: 5 % of a wet patch was 250
+standard deviations, and its fit ended 6 nats from the optimum of its linearization.
 """
 
 import math
@@ -15,16 +15,16 @@ import numpy as np
 from slipbench.plant.signals import Floats
 
 RESOLVED = 10.0
-"""Standard deviations of the noise by which all whitened residuals together may change."""
+"""Largest change of all whitened residuals together, in standard deviations of the noise."""
 
 
 def strengths_of(columns: Floats) -> tuple[float, ...]:
-    """Return how much a unit of each number changes whitened residuals. columns: (rows, numbers)."""
+    """Return the change of whitened residuals per unit of each column. columns: (rows, p)."""
     return tuple(np.linalg.norm(columns, axis=0).tolist())
 
 
-def step_of(usual: float, strength: float) -> float:
-    """Return the step of a difference, with the sign of the usual one and not larger."""
-    if strength * abs(usual) <= RESOLVED:
-        return usual
-    return math.copysign(RESOLVED / strength, usual)
+def step_of(default: float, strength: float) -> float:
+    """Return a finite-difference step with the sign of the default one, and not larger."""
+    if strength * abs(default) <= RESOLVED:
+        return default
+    return math.copysign(RESOLVED / strength, default)

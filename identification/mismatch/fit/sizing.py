@@ -1,7 +1,7 @@
-"""The parameters of an effect as dials: sizes in shares of the typical one, shapes as unit normals.
+"""Scaling of effect parameters: sizes in shares of the typical one, shapes as unit normals.
 
-0 is absent, 1 typical. Effects that limit (absent at infinity) grow as their limit falls: size =
-typical / limit. Parameters that only shape an effect keep near their typical value.
+Size 0 is absent, 1 typical. Effects that limit (absent at infinity) grow as their limit falls: size
+= typical / limit. Parameters that only shape an effect have a prior around their typical value.
 """
 
 import math
@@ -10,100 +10,101 @@ from slipbench.plant.effects.effect import Effect
 from slipbench.plant.parameters import Parameter
 
 LARGE = 3.0
-"""Largest share of the typical size at which every effect is tried."""
+"""Largest trial size of every effect, in typical sizes."""
 STEPS = (1.25, 1.6, 2.2)
-"""Further shares of the typical size at which limits are tried."""
+"""Further trial sizes of limits, in typical sizes."""
 SHAPE = math.log(1.6)
-"""Prior deviation of a shaping parameter's logarithm."""
+"""Prior deviation of the logarithm of a shape parameter."""
 
 
 def sizes(kind: type[Effect]) -> list[Parameter]:
-    """Parameters that size the effect."""
+    """Parameters that determine the size of the effect."""
     return [p for p in kind.parameters() if p.sized]
 
 
 def shapes(kind: type[Effect]) -> list[Parameter]:
-    """Parameters that shape it, as far as recordings can tell them."""
+    """Parameters that determine its shape and can be identified from recordings."""
     return [p for p in kind.parameters() if not (p.sized or p.whole or p.given)]
 
 
 def integer_parameters(kind: type[Effect]) -> list[Parameter]:
-    """Parameters that are whole numbers."""
+    """Integer parameters."""
     return [p for p in kind.parameters() if not p.sized and p.whole]
 
 
 def smallest(kind: type[Effect]) -> float:
-    """Least size of interest of an effect, in shares of its typical size."""
+    """Smallest size of interest of an effect, in typical sizes."""
     p = sizes(kind)[0]
     return as_size(p, p.typical if p.smallest is None else p.smallest)
 
 
 def limits(kind: type[Effect]) -> bool:
-    """Tell whether an effect limits: absent at infinity."""
+    """Return whether an effect is a limit: absent at infinity."""
     return math.isinf(sizes(kind)[0].absent)
 
 
 def trial_sizes(kind: type[Effect]) -> tuple[float, ...]:
-    """Sizes at which an effect is tried, smallest first.
+    """Sizes at which an effect is tested, smallest first.
 
-    A limit does nothing until it is reached and then very much, so it is tried in smaller steps.
+    A limit has no response until it is reached, and then a large one, so it is tested in smaller
+    steps.
     """
-    between = STEPS if limits(kind) else ()
-    return (smallest(kind), 1.0, *between, LARGE)
+    further = STEPS if limits(kind) else ()
+    return (smallest(kind), 1.0, *further, LARGE)
 
 
 def reach(kind: type[Effect]) -> tuple[float, float]:
-    """Return the sizes, in shares of the typical one, between which its parameters mean anything.
+    """Return the range of valid sizes, in typical sizes.
 
-    An effect of several sizes ends where the first of them does.
+    With several size parameters, the narrowest range.
     """
-    ends = [sorted(as_size(p, end) for end in (p.low, p.high)) for p in sizes(kind)]
-    return max(low for low, _ in ends), min(high for _, high in ends)
+    ranges = [sorted(as_size(p, bound) for bound in (p.low, p.high)) for p in sizes(kind)]
+    return max(low for low, _ in ranges), min(high for _, high in ranges)
 
 
 def as_size(p: Parameter, value: float) -> float:
-    """Return a value in shares of the typical size."""
+    """Return the size, in typical sizes, of a parameter value."""
     if math.isinf(p.absent):
         return p.typical / value if value > 0.0 else math.inf
     return (value - p.absent) / (p.typical - p.absent)
 
 
 def sized(p: Parameter, size: float) -> float:
-    """Return the value of a share of the typical size."""
+    """Return the parameter value of a size, in typical sizes."""
     if math.isinf(p.absent):
         return p.typical / max(size, 1e-6)
     return p.absent + size * (p.typical - p.absent)
 
 
-def shaped(p: Parameter, at: float, y: float) -> float:
-    """Return a shape y prior deviations from where it is looked for."""
+def shaped(p: Parameter, nominal: float, deviation: float) -> float:
+    """Return the value of a shape parameter `deviation` prior deviations from the nominal one."""
     if p.sought is not None:
-        return at + y * p.sought[2]
-    if by_factors(p, at):
-        return at * math.exp(SHAPE * y)
-    return at + y * (p.high - p.low) / 8.0
+        return nominal + deviation * p.sought[2]
+    if by_factors(p, nominal):
+        return nominal * math.exp(SHAPE * deviation)
+    return nominal + deviation * (p.high - p.low) / 8.0
 
 
-def as_shape(p: Parameter, at: float, value: float) -> float:
-    """Return how many prior deviations a value lies from where it is looked for."""
+def as_shape(p: Parameter, nominal: float, value: float) -> float:
+    """Return the distance of a value from the nominal one, in prior deviations."""
     if p.sought is not None:
-        return (value - at) / p.sought[2]
-    if by_factors(p, at):
-        return math.log(value / at) / SHAPE
-    return (value - at) * 8.0 / (p.high - p.low)
+        return (value - nominal) / p.sought[2]
+    if by_factors(p, nominal):
+        return math.log(value / nominal) / SHAPE
+    return (value - nominal) * 8.0 / (p.high - p.low)
 
 
-def shape_range(p: Parameter, at: float) -> tuple[float, float]:
-    """Return between how many prior deviations a shape means anything."""
-    low = -math.inf if by_factors(p, at) and p.low == 0.0 else as_shape(p, at, p.low)
-    return low, as_shape(p, at, p.high)
+def shape_range(p: Parameter, nominal: float) -> tuple[float, float]:
+    """Return the valid range of a shape parameter, in prior deviations."""
+    low = -math.inf if by_factors(p, nominal) and p.low == 0.0 else as_shape(p, nominal, p.low)
+    return low, as_shape(p, nominal, p.high)
 
 
-def by_factors(p: Parameter, at: float) -> bool:
-    """Tell whether a shape is turned by factors, so that a share of it means something."""
-    return p.sought is None and at > 0.0 and p.low >= 0.0
+def by_factors(p: Parameter, nominal: float) -> bool:
+    """Return whether a shape parameter varies by factors, so that its logarithm is normal."""
+    return p.sought is None and nominal > 0.0 and p.low >= 0.0
 
 
 def inside(p: Parameter, value: float) -> float:
-    """Return the value that is nearest within the parameter's range."""
+    """Return the nearest value within the parameter's range."""
     return float(min(max(value, p.low), p.high))

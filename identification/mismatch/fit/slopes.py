@@ -1,10 +1,10 @@
-"""How the score of a fit changes with everything that is fitted, to second order.
+"""Gradient and normal matrix of the score with respect to all fitted parameters.
 
 The log-likelihood maximised over the noise model is flatter than that of a fixed one: where a step
 changes residuals by something that their own past predicts, the noise model follows. Its lags are
-one linear regression on past residuals for every whitened output, so the columns count off that
-regression (variable projection: Golub and Pereyra, SIAM Journal on Numerical Analysis 10 (1973);
-without the derivative of the regressors: Kaufman, BIT 15 (1975)).
+one linear regression on past residuals for every whitened output, so that this regression is
+projected out of the columns (variable projection: Golub and Pereyra, SIAM Journal on Numerical
+Analysis 10 (1973); without the derivative of the regressors: Kaufman, BIT 15 (1975)).
 """
 
 from collections.abc import Sequence
@@ -22,11 +22,11 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """Slopes of a score by coordinates first, then dials; p of them.
+    """Derivatives of a score by p variables: coordinates first, then effect parameters.
 
     columns: whitened sensitivities (rows, p). inside: their coordinates in the noise model's
-    regressors, (k, p), empty where the noise model is fixed. precision: of the prior, (p,).
-    slope: the gradient of the score, (p,).
+    regressors, (k, p), empty where the noise model is fixed. precision: of the prior, (p,). slope:
+    the gradient of the score, (p,).
     """
 
     columns: Floats
@@ -35,51 +35,58 @@ class Slopes:
     slope: Floats
 
     @classmethod
-    def of(cls, fit: Fit, along: bool) -> "Slopes":
-        """Return those of a fit. along: whether the noise model is fitted along."""
+    def of(cls, fit: Fit, refit_noise: bool) -> "Slopes":
+        """Return the derivatives at a fit. refit_noise: whether the noise is fitted too."""
         columns, now = fit.nuisances.columns, coordinates_of(fit.point)
         precision = np.ones(now.size)
         if fit.candidates:
             columns = np.concatenate((columns, fit.effect_columns), axis=1)
             now = np.concatenate((now, parameters(fit.candidates)))
             precision = np.concatenate((precision, deviations(fit.candidates) ** -2.0))
-        inside = in_noise(fit, columns) if along else np.zeros((0, now.size))
+        inside = in_noise(fit, columns) if refit_noise else np.zeros((0, now.size))
         return cls(columns, inside, precision, columns.T @ fit.whitened_residuals - precision * now)
 
     @once
     def normal(self) -> Floats:
         """Normal matrix with the prior, (p, p)."""
-        whole = self.columns.T @ self.columns - self.inside.T @ self.inside
-        return np.asarray(whole + np.diag(self.precision))
+        projected = self.columns.T @ self.columns - self.inside.T @ self.inside
+        return np.asarray(projected + np.diag(self.precision))
 
 
 def in_noise(fit: Fit, columns: Floats) -> Floats:
-    """Return the coordinates of columns in the noise model's regressors, orthonormal, (k, p).
+    """Return the coordinates of columns in the noise model's orthonormal regressors, (k, p).
 
-    The noise model takes in_noise(c).T @ in_noise(c) of the normal matrix c.T @ c.
-    columns: whitened (rows, p), in the order of `stack.flat`.
+    Refitting the noise model subtracts in_noise(c).T @ in_noise(c) from the normal matrix c.T @ c.
+    columns: whitened (rows, p), in the order of `stack.whiten_and_stack`.
     """
     parts = [np.zeros((0, columns.shape[1]))]
     first = 0
-    for block, noise, rest in zip(
+    for group, noise, residuals in zip(
         fit.model.partition.groups, fit.noise, fit.residuals, strict=True
     ):
-        rows = sum(r.size for r in rest)
+        rows = sum(r.size for r in residuals)
         if noise.order:
-            parts.append(_in_block(rest, noise.order, columns[first : first + rows], block.memory))
+            parts.append(
+                _in_group(residuals, noise.order, columns[first : first + rows], group.memory)
+            )
         first += rows
     return np.concatenate(parts)
 
 
-def _in_block(rest: Sequence[Floats], order: int, columns: Floats, memory: float) -> Floats:
-    """Return the same for one block. rest: (T, m) by record; columns: (rows of the block, p)."""
-    outputs, width = rest[0].shape[1], columns.shape[1]
-    past = pasts(rest, order)
+def _in_group(
+    group_residuals: Sequence[Floats], order: int, columns: Floats, memory: float
+) -> Floats:
+    """Return the same for one output group.
+
+    group_residuals: (T, m) by record; columns: (rows of the group, p).
+    """
+    outputs, width = group_residuals[0].shape[1], columns.shape[1]
+    past = pasts(group_residuals, order)
     products = np.zeros((order * outputs, outputs * width))
     first = 0
-    for of_one, residuals in zip(past, rest, strict=True):
-        own = columns[first + order * outputs : first + residuals.size]
-        products += of_one.T @ own.reshape(len(of_one), outputs * width)
+    for regressors, residuals in zip(past, group_residuals, strict=True):
+        record_columns = columns[first + order * outputs : first + residuals.size]
+        products += regressors.T @ record_columns.reshape(len(regressors), outputs * width)
         first += residuals.size
     root = root_of_normal(past, outputs, memory)
     inside = linalg.solve_triangular(root, products, lower=True)

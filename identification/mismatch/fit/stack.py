@@ -1,4 +1,4 @@
-"""Residuals and sensitivities of all blocks and recordings as one least-squares problem."""
+"""Residuals and sensitivities of all output groups and recordings as one least-squares problem."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,77 +14,79 @@ from slipbench.plant.signals import Floats
 
 Integers = npt.NDArray[np.int_]
 LARGEST = 1 << 24
-"""Numbers, rows by columns, that are held at once where many columns are worked on."""
+"""Largest number of matrix elements, rows by columns, held at once."""
 
 
 def residuals(model: Model, predicted: Series) -> Series:
-    """Recorded less predicted; zero where nothing was recorded."""
+    """Measured minus predicted outputs, (T, m); zero where nothing was measured."""
     return [
         [(m - p) * k for m, p, k in zip(ms, ps, ks, strict=True)]
         for ms, ps, ks in zip(model.measured, predicted, model.known_bins, strict=True)
     ]
 
 
-def whiteners(model: Model, rest: Series) -> list[Whitener]:
-    """Fit the noise model of every block."""
+def whiteners(model: Model, residual: Series) -> list[Whitener]:
+    """Fit the noise model of every output group to residuals (T, m)."""
     return [
         whitener(r, b.order, memory=b.memory)
-        for b, r in zip(model.partition.groups, rest, strict=True)
+        for b, r in zip(model.partition.groups, residual, strict=True)
     ]
 
 
 def whiten_and_stack(model: Model, noise: Sequence[Whitener], series: Series) -> Floats:
-    """Whiten everything and lay it end to end: (rows,), or (rows, p) for sensitivities (T, m, p).
+    """Whiten and stack: (rows,), or (rows, p) for sensitivities (T, m, p).
 
-    Empty arrays stand for zeros: blocks and records that a change does not touch.
+    Empty arrays stand for zeros: output groups and records that a change does not affect.
     """
     width = next((s.shape[2:] for rs in series for s in rs if s.ndim == 3), ())
-    laid = np.zeros((sum(m.size for ms in model.measured for m in ms), *width))
+    stacked = np.zeros((sum(m.size for ms in model.measured for m in ms), *width))
     first = 0
-    for white, ones, measured in zip(noise, series, model.measured, strict=True):
-        for one, m in zip(ones, measured, strict=True):
+    for whitener_of_group, of_group, measured in zip(noise, series, model.measured, strict=True):
+        for one, m in zip(of_group, measured, strict=True):
             if one.size:
-                laid[first : first + m.size] = white(one).reshape(m.size, *one.shape[2:])
+                stacked[first : first + m.size] = whitener_of_group(one).reshape(
+                    m.size, *one.shape[2:]
+                )
             first += m.size
-    return laid
+    return stacked
 
 
 def clusters(model: Model) -> Integers:
-    """Number of the stretch of time, within one record, of every whitened row."""
+    """Index of the time segment, within one record, of every whitened row, (rows,)."""
     parts = []
     for measured in model.measured:
         for r, (record, m) in enumerate(zip(model.records, measured, strict=True)):
-            count = record.grid.pieces
-            within = np.minimum(np.arange(len(m)) * count // len(m), count - 1)
-            parts.append(np.repeat(within + 1000 * r, m.shape[1]))
+            segments = record.grid.pieces
+            segment = np.minimum(np.arange(len(m)) * segments // len(m), segments - 1)
+            parts.append(np.repeat(segment + 1000 * r, m.shape[1]))
     return np.unique(np.concatenate(parts), return_inverse=True)[1]
 
 
 def recordings(model: Model) -> Integers:
-    """Number of the record of every whitened row."""
+    """Index of the record of every whitened row, (rows,)."""
     parts = [np.full(m.size, r) for measured in model.measured for r, m in enumerate(measured)]
     return np.concatenate(parts)
 
 
-def log_likelihood(model: Model, rest: Series, noise: Sequence[Whitener]) -> float:
-    """Gaussian log-likelihood of residuals under noise models, up to a constant, nats."""
-    spread = sum(
-        white.log_determinant(len(one))
-        for white, ones in zip(noise, rest, strict=True)
-        for one in ones
+def log_likelihood(model: Model, residual: Series, noise: Sequence[Whitener]) -> float:
+    """Gaussian log-likelihood of residuals (T, m) under noise models, up to a constant, nats."""
+    log_determinant = sum(
+        noise_of_group.log_determinant(len(one))
+        for noise_of_group, of_group in zip(noise, residual, strict=True)
+        for one in of_group
     )
-    return -0.5 * (float(np.sum(whiten_and_stack(model, noise, rest) ** 2)) + spread)
+    return -0.5 * (float(np.sum(whiten_and_stack(model, noise, residual) ** 2)) + log_determinant)
 
 
 @dataclass(frozen=True, eq=False)
 class Nuisances:
-    """Sensitivities (rows, p) to what may vary without meaning anything; unit priors."""
+    """Sensitivities (rows, p) to nuisance parameters with unit priors."""
 
     columns: Floats
 
     @once
     def normal(self) -> Floats:
-        """Normal matrix, priors included, (p, p)."""
+        """Normal matrix with the prior, (p, p)."""
         return np.asarray(self.columns.T @ self.columns + np.eye(self.columns.shape[1]))
 
     @once
@@ -92,52 +94,58 @@ class Nuisances:
         """Cholesky factor of the normal matrix."""
         return linalg.cho_factor(self.normal)
 
-    def solve(self, pushes: Floats) -> Floats:
-        """Return coordinates that answer to pushes, (p,) or (p, k)."""
-        return np.asarray(linalg.cho_solve(self.factor, pushes))
+    def solve(self, correlations: Floats) -> Floats:
+        """Return the MAP coordinates for correlations with the columns, (p,) or (p, k)."""
+        return np.asarray(linalg.cho_solve(self.factor, correlations))
 
     def fit(self, series: Floats) -> Floats:
-        """Return coordinates that explain a series best, priors weighed in."""
+        """Return the MAP coordinates for a series, (p,) or (p, k)."""
         return self.solve(self.columns.T @ series)
 
     def project_out(self, series: Floats) -> Floats:
-        """Return what of a series the nuisances cannot explain, (rows + p,) or (rows + p, k).
+        """Return a series with the nuisances projected out, (rows + p,) or (rows + p, k).
 
-        The last p rows are what the explained part costs: coordinates away from what was believed
-        count like residuals, so that what calibration hides only by leaving its priors is seen.
+        The last p rows are the prior terms of the fitted coordinates. They count like residuals, so
+        that the cost of moving parameters away from their priors is included.
         """
         return self.subtract(series, self.fit(series))
 
     def products(self, columns: Floats) -> tuple[Floats, Floats]:
-        """Return the products of nuisances with columns, and the coordinates that hide these.
+        """Return the products of nuisances with columns, and the coordinates fitted to the columns.
 
-        columns: (rows, k); both (p, k). The first transposed times the second is what `off` takes
-        from columns.T @ columns: off(columns) need not be made for it.
+        columns: (rows, k); both (p, k). The first transposed times the second is what `project_out`
+        subtracts from columns.T @ columns; project_out(columns) need not be computed for it.
         """
         products = self.columns.T @ columns
         return products, self.solve(products)
 
-    def subtract(self, columns: Floats, hidden: Floats) -> Floats:
-        """Return columns less what coordinates explain of them, (rows + p, k); see `off`."""
-        return np.concatenate((columns - self.columns @ hidden, -hidden))
+    def subtract(self, columns: Floats, coordinates: Floats) -> Floats:
+        """Return columns minus their fit by coordinates, (rows + p, k); see `project_out`."""
+        return np.concatenate((columns - self.columns @ coordinates, -coordinates))
 
-    def projected_residuals(self, aim: Floats, z: Floats) -> Floats:
-        """Return residuals at coordinates z, and z itself, off the nuisances, (rows + p,)."""
-        step = self.solve(self.columns.T @ aim - z)
-        return np.concatenate((aim - self.columns @ step, -z - step))
+    def projected_residuals(self, whitened: Floats, z: Floats) -> Floats:
+        """Return residuals at coordinates z with the nuisances projected out, (rows + p,).
 
-    def clustered(self, groups: Integers) -> Integers:
-        """Return the group of each of those rows; every belief is one of its own."""
-        own = 1 + int(groups.max(initial=-1)) + np.arange(self.columns.shape[1])
-        return np.concatenate((groups, own))
+        The last p rows are the prior terms.
+        """
+        step = self.solve(self.columns.T @ whitened - z)
+        return np.concatenate((whitened - self.columns @ step, -z - step))
+
+    def clustered(self, clusters: Integers) -> Integers:
+        """Return the cluster of each of those rows, (rows + p,); every prior term is its own."""
+        prior_rows = 1 + int(clusters.max(initial=-1)) + np.arange(self.columns.shape[1])
+        return np.concatenate((clusters, prior_rows))
 
 
-def bounded(normal: Floats, pushes: Floats, low: Floats, high: Floats) -> Floats:
-    """Return coordinates (p,) between bounds that answer to pushes best; normal: priors included."""
+def bounded(normal: Floats, gradient: Floats, low: Floats, high: Floats) -> Floats:
+    """Return the coordinates z, (p,), between bounds that minimise z' normal z / 2 - gradient' z.
+
+    normal: (p, p), prior included; gradient, low, high: (p,).
+    """
     factor = linalg.cho_factor(normal)
-    free = np.asarray(linalg.cho_solve(factor, pushes))
-    if np.all((free >= low) & (free <= high)):
-        return free
+    unbounded = np.asarray(linalg.cho_solve(factor, gradient))
+    if np.all((unbounded >= low) & (unbounded <= high)):
+        return unbounded
     upper = np.triu(factor[0])
-    aim = linalg.solve_triangular(upper, pushes, trans="T")
-    return np.asarray(optimize.lsq_linear(upper, aim, (low, high), method="bvls").x)
+    target = linalg.solve_triangular(upper, gradient, trans="T")
+    return np.asarray(optimize.lsq_linear(upper, target, (low, high), method="bvls").x)

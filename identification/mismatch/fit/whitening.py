@@ -1,13 +1,13 @@
-"""What a block leaves unexplained is coloured and shared between its outputs; whitening undoes it.
+"""Whitening of the residuals of an output group, which are serially and mutually correlated.
 
 A vector autoregression e_t = sum A_k e_(t-k) + L n_t, n white with unit variance, is fitted to the
 residuals (Luetkepohl, New Introduction to Multiple Time Series Analysis, chapter 3). Filtered by
 it, residuals and sensitivities enter least squares with equal weight.
 
-The first rows of a recording have too few rows before them. They are weighed by the covariance that as
-many rows in succession have anywhere, DOUBTED times its deviations. Left out, they would tell nothing of
-the states in which a recording begins, and what decays within them would be free. In full they would
-tell of inputs before the recording, which a delay or a lag lets through and nobody knows.
+The first rows of a recording have too few predecessors. They are weighted by the covariance of as
+many successive rows anywhere, with DOUBTED times its standard deviations. Without them the initial
+states of a recording, and what decays within these rows, would not be identifiable. At full weight
+they would depend on inputs before the recording, which act through delays and lags and are unknown.
 """
 
 import math
@@ -21,14 +21,14 @@ from slipbench.identification.mismatch.simulation.once import once
 from slipbench.plant.signals import Floats
 
 DOUBTED = 10.0
-"""Times the deviations of the noise by which first rows may err: 1 % of the weight of others."""
+"""Factor on the noise deviations of the first rows: they have 1 % of the weight of others."""
 RIDGE = 1e-4
-"""Of the mean square of residuals: holds lags of outputs that hardly move."""
+"""Ridge in shares of the mean square of residuals: regularizes lags of outputs that hardly move."""
 
 
 @dataclass(frozen=True, eq=False)
 class Whitener:
-    """lags: (order, m, m); inverse: (m, m), of the innovations' Cholesky factor.
+    """lags: (order, m, m); inverse: (m, m), inverse Cholesky factor of the innovations.
 
     start: (order m, order m), the same of the first `order` rows together, oldest first.
     """
@@ -48,11 +48,11 @@ class Whitener:
         return -2.0 * float(np.log(np.diag(self.inverse)).sum())
 
     def log_determinant(self, rows: int) -> float:
-        """Logarithm of the determinant of the covariance of a series of so many rows."""
+        """Logarithm of the determinant of the covariance of a series of `rows` rows."""
         return -2.0 * float(self._log_scales(rows).sum())
 
     def log_densities(self, series: Floats) -> Floats:
-        """Log-density of every row given the rows before, (T,), nats up to a constant."""
+        """Log-density of every row given the previous rows, (T,), nats up to a constant."""
         return np.asarray(self._log_scales(len(series)) - 0.5 * np.sum(self(series) ** 2, axis=1))
 
     def _log_scales(self, rows: int) -> Floats:
@@ -61,23 +61,23 @@ class Whitener:
         return np.concatenate((first, np.full(rows - len(first), -0.5 * self.log_innovations)))
 
     def __call__(self, series: Floats) -> Floats:
-        """Whiten (T, m) or (T, m, p), every row of it."""
+        """Whiten all rows of a series, (T, m) or (T, m, p)."""
         first = self.opening(series[: self.order])
         if len(series) <= self.order:
             return first
         return np.concatenate((first, self.innovations(series)))
 
     def opening(self, rows: Floats) -> Floats:
-        """Whiten the first rows of a series, `order` of them or fewer."""
+        """Whiten the first rows of a series, at most `order`, (rows, m) or (rows, m, p)."""
         count = rows.shape[0] * rows.shape[1]
-        laid = np.ascontiguousarray(rows).reshape(count, math.prod(rows.shape[2:]))
-        return np.asarray((self.start[:count, :count] @ laid).reshape(rows.shape))
+        stacked = np.ascontiguousarray(rows).reshape(count, math.prod(rows.shape[2:]))
+        return np.asarray((self.start[:count, :count] @ stacked).reshape(rows.shape))
 
     def innovations(self, series: Floats) -> Floats:
-        """Whiten what follows the first `order` rows of a series that is longer.
+        """Whiten the rows after the first `order` of a longer series, (T, m) or (T, m, p).
 
-        A row of the result is one product of matrices: the filter's, which is the same for all
-        rows, and the window of the last `order` + 1 rows, which is contiguous and is not copied.
+        A row of the result is one matrix product of the filter, which is the same for all rows, and
+        the window of the last `order` + 1 rows, which is contiguous and not copied.
         """
         length, m = series.shape[:2]
         rows = np.ascontiguousarray(series).reshape(length * m, -1)
@@ -92,7 +92,7 @@ class Whitener:
 
     @once
     def _taps(self) -> Floats:
-        """What each whitened row takes of the rows up to it, oldest first, (m, m (order + 1))."""
+        """Filter coefficients of a whitened row, oldest row first, (m, m (order + 1))."""
         taps = [-self.inverse @ lag for lag in self.lags[::-1]] + [self.inverse]
         return np.concatenate(taps, axis=1)
 
@@ -100,33 +100,33 @@ class Whitener:
 def whitener(
     residuals: Sequence[Floats], order: int, ridge: float = RIDGE, memory: float = math.inf
 ) -> Whitener:
-    """Fit the noise model of one block to the residuals of all its records, each (T, m).
+    """Fit the noise model of one output group to the residuals of all its records, each (T, m).
 
-    memory: rows within which noise is forgotten to a share of 1/e; without it a noise model takes
-    every slow course of a wrong simulation for noise, and nothing holds slow parameters any more.
+    memory: number of rows after which lags are damped to 1/e. Without it a noise model attributes
+    every slow error of a wrong simulation to noise, and slow parameters are not identifiable.
     """
     m = residuals[0].shape[1]
     scale = scale_of(residuals)
-    now = np.concatenate([r[order:] for r in residuals]) / scale
+    present = np.concatenate([r[order:] for r in residuals]) / scale
     lags = np.zeros((order, m, m))
     start = np.zeros((0, 0))
-    rest = now
+    innovations = present
     if order:
         past = np.concatenate(pasts(residuals, order))
         normal = _normal(past, ridge)
-        found = np.linalg.solve(normal, past.T @ now)
-        found *= _fading(order, m, memory)[:, None]
-        rest = now - past @ found
-        lags = found.reshape(order, m, m).transpose(0, 2, 1) * scale[:, None] / scale
+        coefficients = np.linalg.solve(normal, past.T @ present)
+        coefficients *= _fading(order, m, memory)[:, None]
+        innovations = present - past @ coefficients
+        lags = coefficients.reshape(order, m, m).transpose(0, 2, 1) * scale[:, None] / scale
         start = _inverse_root(_oldest_first(normal / len(past), m))
         start /= DOUBTED * np.tile(scale, order)
-    freedom = max(len(now) - order * m, len(now) // 2)
-    covariance = rest.T @ rest / freedom + 1e-12 * np.eye(m)
+    freedom = max(len(present) - order * m, len(present) // 2)
+    covariance = innovations.T @ innovations / freedom + 1e-12 * np.eye(m)
     return Whitener(lags, _inverse_root(covariance) / scale, start)
 
 
 def pasts(residuals: Sequence[Floats], order: int) -> list[Floats]:
-    """Return what the lags are multiplied with, (T - order, order m) by record, in scales of the outputs."""
+    """Return the regressors of the lags, (T - order, order m) by record, in output scales."""
     scale = scale_of(residuals)
     return [_past(r / scale, order) for r in residuals]
 
@@ -134,7 +134,7 @@ def pasts(residuals: Sequence[Floats], order: int) -> list[Floats]:
 def root_of_normal(past: Sequence[Floats], outputs: int, memory: float) -> Floats:
     """Return the lower Cholesky factor of the lags' normal matrix, (order m, order m).
 
-    past: of all records, see `pasts`. Lags that fade count as if held to zero by as much as they fade.
+    past: of all records, see `pasts`. The damping of a lag enters as the equivalent ridge.
     """
     normal = _normal(np.concatenate(past), RIDGE)
     fading = _fading(len(normal) // outputs, outputs, memory)
@@ -155,10 +155,10 @@ def _past(series: Floats, order: int) -> Floats:
 
 
 def _oldest_first(covariance: Floats, m: int) -> Floats:
-    """Turn the order of rows in time of a covariance (order m, order m)."""
+    """Reverse the order of rows in time of a covariance (order m, order m)."""
     order = len(covariance) // m
-    turned = np.arange(order * m).reshape(order, m)[::-1].ravel()
-    return covariance[np.ix_(turned, turned)]
+    reversed_order = np.arange(order * m).reshape(order, m)[::-1].ravel()
+    return covariance[np.ix_(reversed_order, reversed_order)]
 
 
 def _inverse_root(covariance: Floats) -> Floats:
@@ -166,11 +166,11 @@ def _inverse_root(covariance: Floats) -> Floats:
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
 
-def scale_of(rest: Sequence[Floats]) -> Floats:
+def scale_of(residuals: Sequence[Floats]) -> Floats:
     """Root mean square of residuals, (T, m) each, by output, (m,)."""
-    return np.asarray(np.sqrt(np.mean(np.concatenate(rest) ** 2, axis=0)) + 1e-12)
+    return np.asarray(np.sqrt(np.mean(np.concatenate(residuals) ** 2, axis=0)) + 1e-12)
 
 
 def even(scale: Floats) -> Whitener:
-    """Return the noise model that takes residuals of this scale, (m,), for white and not shared."""
+    """Return the noise model of independent white residuals of this scale, (m,)."""
     return Whitener(np.zeros((0, scale.size, scale.size)), np.diag(1.0 / scale), np.zeros((0, 0)))

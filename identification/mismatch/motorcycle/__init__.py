@@ -1,1 +1,1 @@
-"""The motorcycle as a system that the engine explains; nothing else here knows of vehicles."""
+"""The motorcycle as a system of the mismatch engine, which does not depend on vehicles."""

@@ -1,4 +1,4 @@
-"""The chain of cause is cut at every recorded signal; what the channels show decides the blocks."""
+"""Cut of the causal graph at every recorded signal; the channels define the output groups."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ LEADS = (
     ("engine_speed", "measured_engine_speed"),
     ("rear", "measured_rear_speed"),
 )
-"""What may lead the motion, first cause first: recorded quantity, input of the simulation."""
+"""Signals that may drive the motion, causes first: recorded quantity, input of simulation."""
 SPEEDS = (
     "engine_speed",
     "rear_teeth",
@@ -35,32 +35,32 @@ WHEEL_SIDE = {"measured_engine_speed": "engine_speed", "measured_rear_speed": "r
 
 
 def partition(records: Sequence[Record], order: int = 12) -> CausalPartition:
-    """Find the blocks that all these records carry."""
-    has = set.intersection(*(set(r.sensors) for r in records))
+    """Return the subsystems and output groups that all these records support."""
+    available = set.intersection(*(set(r.sensors) for r in records))
     measured = set.intersection(*(set(r.measured) for r in records))
     command = all(Inputs(r.inputs).throttle_command.any() for r in records)
     subsystems: dict[str, tuple[tuple[str, str], ...]] = {}
-    blocks: list[OutputGroup] = []
-    servo = "throttle_position" in has and command
+    groups: list[OutputGroup] = []
+    servo = "throttle_position" in available and command
     if servo:
         subsystems["servo"] = ()
-        blocks.append(OutputGroup("throttle servo", "servo", ("throttle_position",), order, False))
-    lead = next(((s, i) for s, i in LEADS if s in measured), None)
-    subsystems["motion"] = (lead,) if lead else ()
-    led = {"engine_speed": ("engine_speed",), "rear": ("rear_teeth", "rear_wheel_speed")}
-    own = led.get(lead[0], ()) if lead else ()
-    judged = tuple(o for o in SPEEDS if o in has and o not in own)
-    if judged:
-        blocks.append(OutputGroup("motion", "motion", judged, order))
+        groups.append(OutputGroup("throttle servo", "servo", ("throttle_position",), order, False))
+    driver = next(((s, i) for s, i in LEADS if s in measured), None)
+    subsystems["motion"] = (driver,) if driver else ()
+    readings = {"engine_speed": ("engine_speed",), "rear": ("rear_teeth", "rear_wheel_speed")}
+    excluded = readings.get(driver[0], ()) if driver else ()
+    compared = tuple(o for o in SPEEDS if o in available and o not in excluded)
+    if compared:
+        groups.append(OutputGroup("motion", "motion", compared, order))
     for wheel in ("rear", "front"):
-        if f"{wheel}_tooth_pattern" in has:
+        if f"{wheel}_tooth_pattern" in available:
             pattern = (f"{wheel}_tooth_pattern",)
-            blocks.append(OutputGroup(f"{wheel} encoder", "motion", pattern, 0))
-    return CausalPartition(subsystems, tuple(blocks))
+            groups.append(OutputGroup(f"{wheel} encoder", "motion", pattern, 0))
+    return CausalPartition(subsystems, tuple(groups))
 
 
 def changes_simulation(effect: Effect, cut: CausalPartition, subsystem: str) -> bool:
-    """Tell whether a drive is led by what an effect falsifies, where the truth is simulated."""
+    """Return whether an effect falsifies the driver of a subsystem that is itself simulated."""
     if not is_sensor_effect(effect):
         return False
     servo = any(effect.channel in b.outputs for b in cut.groups if b.subsystem == "servo")
@@ -68,10 +68,10 @@ def changes_simulation(effect: Effect, cut: CausalPartition, subsystem: str) -> 
 
 
 def concerns(effect: Effect, cut: CausalPartition, subsystem: str) -> bool:
-    """Tell whether an effect can change what the outputs of a drive show."""
-    leads = changes_simulation(effect, cut, subsystem)
+    """Return whether an effect can change the outputs of a subsystem."""
+    drives = changes_simulation(effect, cut, subsystem)
     if is_sensor_effect(effect):
-        return leads or any(
+        return drives or any(
             effect.channel in b.outputs for b in cut.groups if b.subsystem == subsystem
         )
     servo = [hook.seam in SERVO_SEAMS for hook in effect.hooks]

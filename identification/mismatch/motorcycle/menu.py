@@ -1,6 +1,6 @@
-"""Trials that one could ride next, and what each would look like in the channels at hand.
+"""Candidate trials, and the record that each would give in the available channels.
 
-A trial of the menu is simulated on the fitted vehicle and seen by sensors like the recorded ones.
+A candidate is simulated on the fitted vehicle and measured by sensors like the recorded ones.
 """
 
 import math
@@ -28,21 +28,21 @@ from slipbench.plant.simulation import Simulation
 from slipbench.protocol.waveforms import end_at_zero, linear_sweep, odd_multisine, square_wave
 
 SECONDS = 12.0
-BEGINS = LEAD_IN + 0.25  # s, the excitation in the record
+BEGINS = LEAD_IN + 0.25  # s, start of the excitation in the record
 AFTER = 0.5  # s of the record after the excitation
 PERIODS_PLAYED = 4  # of a multisine
 RPM = np.pi / 30
-PERIODS = {"throttle_position": 1e-3, "engine_speed": 5e-3, "optical_speed": 4e-3}  # s
-USUAL = 0.01  # s
+PERIODS = {"throttle_position": 1e-3, "engine_speed": 5e-3, "optical_speed": 4e-3}  # s, of samples
+USUAL = 0.01  # s, of samples of other channels
 
 
 @dataclass(frozen=True)
 class Choice:
     """A trial about an operating point.
 
-    gear; engine_speed: rad/s; actuator: "throttle" or "spark"; waveform: "linear_sweep", "square" or
-    "multisine"; amplitude: opening, or rad of spark; low: Hz, the frequency of a square wave; high:
-    Hz; seconds: of the excitation; rate: 1/s or rad/s, at which a square wave changes at most
+    gear; engine_speed: rad/s; actuator: "throttle" or "spark"; waveform: "linear_sweep", "square"
+    or "multisine"; amplitude: opening, or rad of spark; low: Hz, the frequency of a square wave;
+    high: Hz; seconds: of the excitation; rate: 1/s or rad/s, largest slope of a square wave
     """
 
     gear: int
@@ -83,7 +83,7 @@ class Choice:
         return linear_sweep(t, self.low, self.high, self.seconds)
 
     def __str__(self) -> str:
-        """Say it in a line."""
+        """Return a description in one line."""
         shape = {"square": "square wave", "multisine": "multisine"}.get(self.waveform, "sweep")
         band = (
             f"{self.low:g} Hz" if self.waveform == "square" else f"{self.low:g} to {self.high:g} Hz"
@@ -98,20 +98,20 @@ class Choice:
 
 
 def _with_ramps(t: Floats, frequency: float, ramp: float) -> Floats:
-    """Square wave (Hz) whose steps take a time (s): its mean over that time before each instant."""
+    """Square wave (Hz) with ramps (s): its mean over the ramp time before each instant."""
     if ramp == 0.0:
         return square_wave(t, frequency)
     return np.asarray((_area(t, frequency) - _area(np.maximum(t - ramp, 0.0), frequency)) / ramp)
 
 
 def _area(t: Floats, frequency: float) -> Floats:
-    """Integral of a square wave from 0 on, s."""
+    """Integral of a square wave from time 0, s."""
     half = np.mod(2.0 * frequency * t, 2.0)
     return np.asarray(np.minimum(half, 2.0 - half) / (2.0 * frequency))
 
 
 def menu(gears: int) -> Iterator[Choice]:
-    """Yield every trial of the menu: speeds, gears, amplitudes and waveforms."""
+    """Yield every candidate trial: speeds, gears, amplitudes and waveforms."""
     for gear in range(2, min(gears, 3) + 1):
         for rpm in (7000.0, 10000.0, 13000.0):
             yield Choice(gear, rpm * RPM, "throttle", "linear_sweep", 0.03, 0.5, 14.0)
@@ -120,17 +120,17 @@ def menu(gears: int) -> Iterator[Choice]:
 
 
 def rehearse(bike: Motorcycle, like: Record, choice: Choice) -> Record:
-    """Return the record that the vehicle would give. Raises ValueError where it cannot."""
+    """Return the simulated record of a trial. Raises ValueError where it cannot be simulated."""
     simulation = Simulation(bike, STEP / 2, 2, 2)
     state, throttle = equilibrium(simulation, choice.gear, choice.engine_speed)
-    rows, settled = choice.rows, round(LEAD_IN / STEP)
+    rows, warm_up = choice.rows, round(LEAD_IN / STEP)
     time: Floats = np.asarray(STEP * np.arange(1, rows + 1))
     inputs = Inputs.held(rows, gear=float(choice.gear), throttle_command=throttle)
     column = inputs.throttle_command if choice.actuator == "throttle" else inputs.spark
     column += choice.wave(time)
     np.clip(inputs.throttle_command, 0.0, 1.0, out=inputs.throttle_command)
     _, out = simulation.advance(state, inputs)
-    grid = Grid(rows, LEAD_IN, int(((rows - settled) * STEP - OVERHANG) / BIN), BIN, STEP)
+    grid = Grid(rows, LEAD_IN, int(((rows - warm_up) * STEP - OVERHANG) / BIN), BIN, STEP)
     sensors, measured = _sensors(bike, like, out, time, grid), _measured(like, out)
     slow = road_tents(rows, bike.body.mass, LEAD_IN, STEP)
     return Record(str(choice), 0.0, grid, inputs.table, measured, sensors, slow)
@@ -139,20 +139,20 @@ def rehearse(bike: Motorcycle, like: Record, choice: Choice) -> Record:
 def _sensors(
     bike: Motorcycle, recorded: Record, out: Outputs, time: Floats, grid: Grid
 ) -> dict[str, Sensor]:
-    found = dict[str, Sensor]()
+    sensors = dict[str, Sensor]()
     for name, like in recorded.sensors.items():
         if like.offsets is None:
             (column,) = like.observation
             every = round(PERIODS.get(name, USUAL) / STEP)
             samples = Sampled(time[every - 1 :: every], out[column][every - 1 :: every], like.clock)
-            found[name] = point_sensor(name, like.unit, column, 1.0, samples, grid)
+            sensors[name] = point_sensor(name, like.unit, column, 1.0, samples, grid)
         elif name.endswith("_teeth"):
             wheel = name.removesuffix("_teeth")
             speed, pattern = tooth_sensors(
                 wheel, _teeth(bike, out, time, wheel, like.clock), like.offsets.shape[1], grid
             )
-            found |= {speed.name: speed, pattern.name: pattern}
-    return found
+            sensors |= {speed.name: speed, pattern.name: pattern}
+    return sensors
 
 
 def _teeth(bike: Motorcycle, out: Outputs, time: Floats, wheel: str, clock: str) -> Sampled:
@@ -179,7 +179,7 @@ def _measured(like: Record, out: Outputs) -> dict[str, Floats]:
 
 
 def trial_tree(choice: Choice, name: str, vehicle: str) -> Mapping[str, Any]:
-    """Return the trial as the tree of a trial file, with limits that hold it."""
+    """Return the trial as the tree of a trial file, with its limits."""
     rpm = choice.engine_speed / RPM
     return {
         "name": name,

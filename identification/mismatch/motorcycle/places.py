@@ -1,4 +1,4 @@
-"""Where something may act on a motorcycle, and by which inputs a push there is made."""
+"""Injection points of a motorcycle, and the inputs that carry a disturbance there."""
 
 from collections.abc import Mapping
 
@@ -28,38 +28,38 @@ PLACES = (
     InjectionPoint("wheel torque", "rear_wheel", "N m", 20.0, "motion", {"rear_brake": -1.0}),
     InjectionPoint("road force", "body", "N", 60.0, "motion", {"road_force": 1.0}),
 )
-"""The wheel's torque is pushed through the rear brake, with its sign."""
+"""A wheel torque is applied through the rear brake, with the sign of the brake."""
 OVER_RATIO = {"driveline torque": "engine_disturbance"}
-"""The crank's part of a torque at the wheel is divided by the gear."""
+"""Input whose share of a torque at the wheel is divided by the gear ratio."""
 OVER_RADIUS = {"tyre force": "rear_brake"}
-"""The wheel's part of a force on the road is multiplied by the rolling radius."""
+"""Input whose share of a force on the road is multiplied by the rolling radius."""
 
 
 def columns(
-    place: InjectionPoint, bike: Motorcycle, record: Record, course: Floats
+    injection: InjectionPoint, bike: Motorcycle, record: Record, waveform: Floats
 ) -> dict[str, Floats]:
-    """Columns of the inputs for a course of the injected quantity, row by row.
+    """Return columns of the inputs for a waveform of the injected quantity, row by row.
 
-    What pushes in the servo goes in with the command, as much earlier as the servo delays that.
+    A disturbance of the servo is added to the command, earlier by the delay of the servo.
     """
-    found: Mapping[str, float] = place.inputs
-    if "throttle_command" in found:
-        course = later(course, -bike.throttle_servo.delay / record.grid.step)
+    factors: Mapping[str, float] = injection.inputs
+    if "throttle_command" in factors:
+        waveform = later(waveform, -bike.throttle_servo.delay / record.grid.step)
     ratio = bike.gears[int(Inputs(record.inputs).gear[0]) - 1]
     radius = bike.rear_wheel.radius
     scaled = {}
-    for name, factor in found.items():
-        factor /= ratio if OVER_RATIO.get(place.name) == name else 1.0
-        factor *= radius if OVER_RADIUS.get(place.name) == name else 1.0
-        scaled[name] = factor * course
+    for name, factor in factors.items():
+        factor /= ratio if OVER_RATIO.get(injection.name) == name else 1.0
+        factor *= radius if OVER_RADIUS.get(injection.name) == name else 1.0
+        scaled[name] = factor * waveform
     assert set(scaled) <= set(Inputs.names)
     return scaled
 
 
-def later(course: Floats, rows: float) -> Floats:
-    """Return a course so many rows later (earlier: negative), its ends continued."""
-    row = np.arange(float(course.size))
-    return np.interp(row - rows, row, course)
+def later(waveform: Floats, rows: float) -> Floats:
+    """Return a waveform delayed by so many rows (negative: advanced), its ends continued."""
+    row = np.arange(float(waveform.size))
+    return np.interp(row - rows, row, waveform)
 
 
 UP_TO = (
@@ -74,11 +74,11 @@ UP_TO = (
     ("acceleration", "road force"),
     ("optical_speed", "sensor of optical speed"),
 )
-"""Last seam of each place, in the order of the equations."""
+"""Last seam of each injection point, in the order of the equations."""
 
 
 def acts_at(effect: Effect) -> str:
-    """Return the name of the place where an effect acts first."""
+    """Return the name of the first injection point or sensor of an effect; empty: none."""
     if hasattr(effect, "tooth_offsets"):
         return f"{effect.subject.removesuffix('_encoder')} teeth"
     if hasattr(effect, "measure"):
@@ -87,4 +87,4 @@ def acts_at(effect: Effect) -> str:
         return ""
     order = [e.__name__ for e in EQUATIONS]
     first = min(order.index(hook.seam) for hook in effect.hooks)
-    return next(place for seam, place in UP_TO if first <= order.index(seam))
+    return next(injection for seam, injection in UP_TO if first <= order.index(seam))

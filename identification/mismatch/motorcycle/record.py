@@ -1,7 +1,7 @@
-"""A recording of a motorcycle made ready: inputs row by row, sensors, and what was measured.
+"""Preparation of a motorcycle's recording: inputs row by row, sensors, and measured signals.
 
-Inputs are what was echoed and measured, on the bus clock less the latency that the vehicle file
-tells of; commands are held. What a simulation is compared with stands in its sensors.
+Inputs are echoed and measured signals, on the bus clock less the latency that the vehicle file
+states; commands are held. The sensors hold the outputs with which a simulation is compared.
 """
 
 from collections.abc import Mapping
@@ -30,15 +30,15 @@ from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.recording import Recording
 
 STEP = 1e-3  # s, between rows of the simulation
-LEAD_IN = 1.0  # s, in which the simulation settles, its speed led by the recorded one
+LEAD_IN = 1.0  # s, warm-up of the simulation, driven by the recorded speed
 BIN = 0.01  # s
 TICKING = 0.7
-"""Length of the mean phase from which on commands come in the rhythm of rows."""
+"""Length of the mean phasor above which commands are synchronous with rows."""
 LONGEST = 120.0  # s, of one piece
 PARTS = 2
-"""Of a stretch of 3 s, each as long as the slow road takes from one knot to the next: what hangs
-together for longer is the road's."""
-OVERHANG = 0.03  # s at the end: a tooth interval that begins in the last bin ends behind it
+"""Clusters in a segment of 3 s, each as long as the knot spacing of the slow road force, which
+models longer correlations."""
+OVERHANG = 0.03  # s at the end: a tooth interval that begins in the last bin ends after it
 LINEAR: Mapping[str, tuple[str, str]] = {
     "throttle_position": ("throttle", "1"),
     "engine_speed": ("engine_speed", "rad/s"),
@@ -46,9 +46,9 @@ LINEAR: Mapping[str, tuple[str, str]] = {
     "gnss_speed": ("speed", "m/s"),
     "vehicle_speed": ("speed", "m/s"),
 }
-"""Role -> column of the simulation that it shows, and the unit."""
+"""Role -> column of the simulation that it measures, and the unit."""
 SWINGING = ("engine_speed",)
-"""Columns that may swing within a few rows."""
+"""Columns that may oscillate within a few rows."""
 SPEEDS = (
     "engine_speed",
     "optical_speed",
@@ -59,11 +59,11 @@ SPEEDS = (
 )
 WHEELS = ("rear", "front")
 TRUE_SPEED = ("front", "optical_speed", "gnss_speed", "vehicle_speed")
-"""Where the speed that leads a simulation in is taken from, best first."""
+"""Sources of the speed that drives the warm-up of a simulation, best first."""
 
 
 def prepare(recording: Recording, vehicle: Vehicle) -> Record:
-    """Make a recording ready. Raises InputError where nothing in it can drive a simulation."""
+    """Prepare a recording. Raises InputError where it is too short or no channel is comparable."""
     data = aligned(without_dead(recording))
     left_out = tuple(f"{role}: {why}" for role, why in data.absent.items())
     base = dataset(data)
@@ -90,9 +90,9 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
 
 
 def without_dead(recording: Recording) -> Recording:
-    """Return the recording without channels that tell one value throughout while others move.
+    """Return the recording without speed channels that are constant while other channels move.
 
-    A throttle may rest; a speed that never changes by a quantum is no measurement.
+    A throttle may rest; a speed that never changes by a quantum is not a measurement.
     """
     moved = any(
         np.ptp(c.value) > 0.0
@@ -109,7 +109,7 @@ def without_dead(recording: Recording) -> Recording:
 
 
 def _window(data: Aligned, base: Dataset) -> tuple[float, float]:
-    """Take the trial's excitation with what leads in, else all that every channel covers."""
+    """Return start and end: of warm-up and excitation of a trial, else of all channels' overlap."""
     used = [t for role, t in data.time.items() if role in (*LINEAR, "rear_teeth", "front_teeth")]
     if not used:
         raise InputError(
@@ -131,30 +131,30 @@ def _window(data: Aligned, base: Dataset) -> tuple[float, float]:
 
 
 def _phase_of_commands(data: Aligned, vehicle: Vehicle, start: float) -> float:
-    """Return how far from a start commands begin to hold, s, where they come row by row.
+    """Return the delay from a start to the next command, s; 0 where commands are not periodic.
 
-    Rows that begin with them hold one command each. A step smeared over a row would set off what
-    saturates too early: its first share is as good as all of it.
+    Rows that begin with a command hold one command each. A step that is spread over two rows would
+    cause saturation too early, since its first part may already be sufficient.
     """
     for role in ("throttle_command", "spark_command"):
         if data.has(role):
             phase = np.exp(2j * np.pi * (_at(data, vehicle, role) - start) / STEP)
             mean = complex(np.nanmean(phase))
-            turn = float(np.angle(mean)) / (2.0 * np.pi)
-            return turn * STEP if abs(mean) > TICKING else 0.0
+            fraction = float(np.angle(mean)) / (2.0 * np.pi)
+            return fraction * STEP if abs(mean) > TICKING else 0.0
     return 0.0
 
 
 def _at(data: Aligned, vehicle: Vehicle, role: str) -> Floats:
-    """Times at which a channel holds: on the bus clock, less its clock's least latency."""
+    """Times of validity of a channel: on the bus clock, less the least latency of its clock."""
     return data.time[role] - _least_latency(data, vehicle, role)
 
 
 def _least_latency(data: Aligned, vehicle: Vehicle, role: str) -> float:
     clock = data.recording.channels[role].clock
     same = [r for r, c in data.recording.channels.items() if c.clock == clock or r == role]
-    told = [vehicle.channels[r].latency for r in same if r in vehicle.channels]
-    return min(told) if told and clock != "bus" else _own_latency(vehicle, role)
+    latencies = [vehicle.channels[r].latency for r in same if r in vehicle.channels]
+    return min(latencies) if latencies and clock != "bus" else _own_latency(vehicle, role)
 
 
 def _own_latency(vehicle: Vehicle, role: str) -> float:
@@ -169,64 +169,64 @@ def _sampled(data: Aligned, vehicle: Vehicle, role: str, start: float) -> Sample
 
 
 def _sensors(data: Aligned, vehicle: Vehicle, start: float, grid: Grid) -> dict[str, Sensor]:
-    found = dict[str, Sensor]()
+    sensors = dict[str, Sensor]()
     for role, (column, unit) in LINEAR.items():
         if data.has(role):
             samples = _sampled(data, vehicle, role, start)
-            told = vehicle.channels.get(role, ChannelTiming())
+            timing = vehicle.channels.get(role, ChannelTiming())
             between = at_points_sharp if column in SWINGING else at_points
-            found[role] = point_sensor(
-                role, unit, column, 1.0, samples, grid, told.noise, told.quantum, between
+            sensors[role] = point_sensor(
+                role, unit, column, 1.0, samples, grid, timing.noise, timing.quantum, between
             )
     for wheel in WHEELS:
         if data.has(f"{wheel}_teeth"):
             per_turn = int(getattr(vehicle.motorcycle, f"{wheel}_encoder").teeth)
             samples = _sampled(data, vehicle, f"{wheel}_teeth", start)
             speed, pattern = tooth_sensors(wheel, samples, per_turn, grid)
-            found |= {speed.name: speed, pattern.name: pattern}
+            sensors |= {speed.name: speed, pattern.name: pattern}
         elif data.has(f"{wheel}_wheel_speed"):
             role, radius = f"{wheel}_wheel_speed", _radius(data, vehicle, wheel)
             samples = _sampled(data, vehicle, role, start)
-            found[role] = point_sensor(role, "m/s", f"{wheel}_speed", radius, samples, grid)
-    return found
+            sensors[role] = point_sensor(role, "m/s", f"{wheel}_speed", radius, samples, grid)
+    return sensors
 
 
 def _radius(data: Aligned, vehicle: Vehicle, wheel: str) -> float:
-    """Radius with which the recording turned the wheel's speed into a peripheral speed."""
-    told = getattr(data.recording.roles.vehicle, f"{wheel}_radius")
-    return float(told or getattr(vehicle.motorcycle, f"{wheel}_wheel").radius)
+    """Radius by which the recording converts the wheel's speed to a peripheral speed, m."""
+    stated = getattr(data.recording.roles.vehicle, f"{wheel}_radius")
+    return float(stated or getattr(vehicle.motorcycle, f"{wheel}_wheel").radius)
 
 
 def _measured(data: Aligned, vehicle: Vehicle, time: Floats) -> dict[str, Floats]:
-    """Put what was measured onto the rows' ends; wheels in rad/s."""
-    found = dict[str, Floats]()
+    """Measured signals at the ends of rows; wheels in rad/s."""
+    measured = dict[str, Floats]()
     for role in (*LINEAR, "lean_angle"):
         if data.has(role):
             samples = sampled(_at(data, vehicle, role), data.recording.channels[role].value)
-            found[role] = _filled(onto(samples, time))
+            measured[role] = _filled(onto(samples, time))
     for wheel in WHEELS:
         if data.has(role := f"{wheel}_teeth"):
             channel = data.recording.channels[role]
             per_turn = int(getattr(vehicle.motorcycle, f"{wheel}_encoder").teeth)
             passed = _at(data, vehicle, role)
             speed = speed_from_teeth(passed, channel.value, per_turn)
-            found[wheel] = _filled(onto(speed, time))
+            measured[wheel] = _filled(onto(speed, time))
             known = np.isfinite(passed) & np.isfinite(channel.value)
-            turned = np.interp(time, passed[known], channel.value[known])
-            found[f"{wheel}_turned"] = 2.0 * np.pi / per_turn * turned
+            teeth = np.interp(time, passed[known], channel.value[known])
+            measured[f"{wheel}_turned"] = 2.0 * np.pi / per_turn * teeth
         elif data.has(role := f"{wheel}_wheel_speed"):
             samples = sampled(_at(data, vehicle, role), data.recording.channels[role].value)
-            found[wheel] = _filled(onto(samples, time)) / _radius(data, vehicle, wheel)
-    return found
+            measured[wheel] = _filled(onto(samples, time)) / _radius(data, vehicle, wheel)
+    return measured
 
 
 def _filled(values: Floats) -> Floats:
-    """Bridge what is not known with straight lines."""
+    """Interpolate unknown values linearly."""
     known = np.isfinite(values)
     if known.all() or not known.any():
         return values
-    places = np.arange(values.size)
-    return np.interp(places, places[known], values[known])
+    index = np.arange(values.size)
+    return np.interp(index, index[known], values[known])
 
 
 def _inputs(
@@ -236,7 +236,7 @@ def _inputs(
     for role, column in (("throttle_command", "throttle_command"), ("spark_command", "spark")):
         if data.has(role):
             samples = sampled(_at(data, vehicle, role), data.recording.channels[role].value)
-            # A sample is stamped when it begins to hold; a row ends at its time.
+            # A sample has the time at which it begins to hold; a row has the time of its end.
             columns[column] = _filled(averaged(samples, time - 0.5 * STEP))
     columns["gear"] = _gear(data, base, vehicle, measured)
     if "throttle_command" not in columns and "throttle_position" in measured:
@@ -245,10 +245,10 @@ def _inputs(
 
 
 def _gear(data: Aligned, base: Dataset, vehicle: Vehicle, measured: Mapping[str, Floats]) -> float:
-    """Take the gear that was told, else the trial's, else the one nearest to the speeds' ratio."""
-    told = base.get("gear")
-    if told is not None and np.isfinite(told).any():
-        return float(np.nanmedian(told))
+    """Return the recorded gear, else the trial's, else the one nearest to the ratio of speeds."""
+    recorded = base.get("gear")
+    if recorded is not None and np.isfinite(recorded).any():
+        return float(np.nanmedian(recorded))
     if data.recording.trial is not None:
         return float(data.recording.trial.operating_point.gear)
     if "engine_speed" in measured and "rear" in measured:

@@ -1,7 +1,7 @@
-"""Along what something may act: courses of quantities that the recording tells, row by row.
+"""Regressors of effects: recorded and simulated quantities, row by row.
 
-Quantities that no sensor shows (torque, slip) are those of the fitted simulation, which is driven
-by the recorded inputs. What has a memory acts along a rate, or along the past of a quantity.
+Quantities without a sensor (torque, slip) are those of the fitted simulation, which is driven by
+the recorded inputs. The regressor of an effect with memory is a rate, or the past of a quantity.
 """
 
 from collections.abc import Mapping
@@ -47,11 +47,11 @@ REMEMBERED = (
     "speed",
     "command",
 )
-"""Quantities along whose past something may act; of the spark it is what it moves of the torque."""
+"""Quantities whose past may be a regressor; for the spark, its share of the torque."""
 TURNING = ("throttle", "command", "air", "twist", "slip")
-"""Quantities whose turning back something may follow late, as play and dry friction do."""
+"""Quantities that may act with hysteresis, as in play and dry friction."""
 DETAILED = ("throttle", "command", "air", "engine speed", "distance")
-"""Quantities over which a map may be wrong in detail, or the road be another for a short stretch."""
+"""Quantities over which a map may be wrong in detail, or the road differ for a short segment."""
 SCALED = (
     ("command less position", "throttle"),
     ("throttle rate", "throttle"),
@@ -62,11 +62,11 @@ SCALED = (
     ("tyre force", "speed"),
     ("tyre force", "time"),
 )
-"""Quantities that may count for more or less, and along what."""
+"""Quantities whose scale may be wrong, and the quantity on which the scale may depend."""
 LATELY = 0.05
-"""Seconds over which what a simulation was off is averaged."""
+"""Time constant of the average of the simulation's error, s."""
 PASSED = 2
-"""Bins before that: smoothing and rates reach from one bin into the next."""
+"""Bins before the average: smoothing and rates extend from one bin into the next."""
 UNITS: Mapping[str, str] = {
     "throttle": "1",
     "throttle rate": "1/s",
@@ -102,46 +102,48 @@ UNITS: Mapping[str, str] = {
 
 
 def motion_regressors(record: Record, out: Outputs, spark_delay: float) -> dict[str, Floats]:
-    """Waveforms for what acts between the throttle plate and the road, (rows,) each.
+    """Return the regressors of effects between the throttle plate and the road, (rows,) each.
 
-    spark_delay: s, after which an advance that was asked for is felt.
+    spark_delay: s, from the request of an advance to its effect.
     """
     rate, inputs = record.grid.rate, Inputs(record.inputs)
-    seen = {name.replace("_", " "): out[name] for name in MOTION}
+    signals = {name.replace("_", " "): out[name] for name in MOTION}
     if "throttle_position" in record.measured:
         smooth = record.grid.smoothed(record.measured["throttle_position"])
-        seen |= {"throttle": smooth, "throttle rate": rate(smooth)}
-        seen["throttle acceleration"] = rate(seen["throttle rate"])
-    seen["engine acceleration"] = rate(seen["engine speed"])
-    seen["twist rate"] = rate(seen["twist"])
-    seen["air rate"] = rate(seen["air"])
-    seen["torque rate"] = rate(seen["driveline torque"])
-    seen["slip rate"] = rate(seen["slip"])
-    seen["jerk"] = rate(seen["acceleration"])
-    seen["force rate over speed"] = rate(seen["tyre force"]) / np.maximum(seen["speed"], 1.0)
-    seen["spark"] = later(inputs.spark, spark_delay / record.grid.step)
-    seen["spark rate"] = rate(seen["spark"])
-    seen["spark acceleration"] = rate(seen["spark rate"])
-    seen["spark torque"] = seen["engine torque"] * seen["spark"]
+        signals |= {"throttle": smooth, "throttle rate": rate(smooth)}
+        signals["throttle acceleration"] = rate(signals["throttle rate"])
+    signals["engine acceleration"] = rate(signals["engine speed"])
+    signals["twist rate"] = rate(signals["twist"])
+    signals["air rate"] = rate(signals["air"])
+    signals["torque rate"] = rate(signals["driveline torque"])
+    signals["slip rate"] = rate(signals["slip"])
+    signals["jerk"] = rate(signals["acceleration"])
+    signals["force rate over speed"] = rate(signals["tyre force"]) / np.maximum(
+        signals["speed"], 1.0
+    )
+    signals["spark"] = later(inputs.spark, spark_delay / record.grid.step)
+    signals["spark rate"] = rate(signals["spark"])
+    signals["spark acceleration"] = rate(signals["spark rate"])
+    signals["spark torque"] = signals["engine torque"] * signals["spark"]
     if "rear_turned" in record.measured:
-        seen[ANGLE] = record.measured["rear_turned"]
+        signals[ANGLE] = record.measured["rear_turned"]
     if "lean_angle" in record.measured:
-        seen["lean"] = record.measured["lean_angle"]
-    return _and_more(seen)
+        signals["lean"] = record.measured["lean_angle"]
+    return _with_derived(signals)
 
 
 def servo_regressors(record: Record, out: Outputs, delay: float) -> dict[str, Floats]:
-    """Waveforms for what acts in the throttle servo, (rows,) each.
+    """Return the regressors of effects in the throttle servo, (rows,) each.
 
-    delay: s, after which a command is the motor's.
+    delay: s, from the command to the motor.
 
-    Its position is what these curves are judged by: a position that carried a reading's own noise
-    would explain that noise. So the simulation's is followed, corrected by what is past.
+    Curves of the servo are fitted to its position: a regressor with the noise of a reading would
+    explain that noise. So the simulated position is used, corrected by its past errors.
     """
     rate = record.grid.rate
     command = later(Inputs(record.inputs).throttle_command, delay / record.grid.step)
-    position = _followed(record, "throttle_position", out.throttle)
-    return _and_more(
+    position = _corrected(record, "throttle_position", out.throttle)
+    return _with_derived(
         {
             "throttle": position,
             "throttle rate": rate(position),
@@ -153,29 +155,29 @@ def servo_regressors(record: Record, out: Outputs, delay: float) -> dict[str, Fl
     )
 
 
-def _followed(record: Record, role: str, shown: Floats) -> Floats:
-    """Return what is shown plus the mean of what was off lately, the bins under way left out."""
+def _corrected(record: Record, role: str, simulated: Floats) -> Floats:
+    """Return a simulated output plus the recent mean of its errors, without the current bins."""
     grid = record.grid
-    keep = np.exp(-grid.step / LATELY)
-    rest = signal.lfilter([1.0 - keep], [1.0, -keep], record.measured[role] - shown)
-    late = PASSED * grid.rows_per_bin + _between_samples(record, role)
-    return np.asarray(shown + np.concatenate((np.zeros(late), rest))[: shown.size])
+    decay = np.exp(-grid.step / LATELY)
+    error = signal.lfilter([1.0 - decay], [1.0, -decay], record.measured[role] - simulated)
+    delay_rows = PASSED * grid.rows_per_bin + _between_samples(record, role)
+    return np.asarray(simulated + np.concatenate((np.zeros(delay_rows), error))[: simulated.size])
 
 
 def _between_samples(record: Record, role: str) -> int:
-    """Rows from one reading to the next: readings are drawn through, so the next one shows."""
+    """Rows between readings: readings are interpolated, so each contains part of the next one."""
     time = record.sensors[role].time
     if time is None or time.size < 2:
         return 0
     return int(np.ceil(np.median(np.diff(time)) / record.grid.step))
 
 
-def _and_more(seen: dict[str, Floats]) -> dict[str, Floats]:
-    """Return the courses, those whose past or turning back is asked for, and scales."""
-    more = {PAST + name: seen[name] for name in REMEMBERED if name in seen}
-    more |= {HYSTERESIS + name: seen[name] for name in TURNING if name in seen}
-    more |= {DETAIL + name: seen[name] for name in DETAILED if name in seen}
-    for what, along in SCALED:
-        if what in seen and along in seen:
-            more[f"{SCALE}{what}{OVER}{along}"] = scale(seen[what], seen[along])
-    return seen | more
+def _with_derived(signals: dict[str, Floats]) -> dict[str, Floats]:
+    """Return the waveforms and the regressors of past, hysteresis, detail and scale."""
+    derived = {PAST + name: signals[name] for name in REMEMBERED if name in signals}
+    derived |= {HYSTERESIS + name: signals[name] for name in TURNING if name in signals}
+    derived |= {DETAIL + name: signals[name] for name in DETAILED if name in signals}
+    for scaled, abscissa in SCALED:
+        if scaled in signals and abscissa in signals:
+            derived[f"{SCALE}{scaled}{OVER}{abscissa}"] = scale(signals[scaled], signals[abscissa])
+    return signals | derived

@@ -1,4 +1,4 @@
-"""One drive of one recording, simulated: led by what was recorded, pushed by the slow road."""
+"""Simulation of one subsystem of one recording, with recorded signals and the slow road force."""
 
 import threading
 from collections.abc import Mapping
@@ -19,9 +19,9 @@ from slipbench.plant.simulation import Simulation
 SMOOTH = 50  # rows
 NO_ROAD: Floats = np.empty(0)
 PASSES = 4
-"""How often a radius that depends on the speed is taken anew."""
+"""Iterations for a radius that depends on the speed."""
 FINER = 2
-"""Steps of integration in a row: with one, 4 mrad of backlash look like 4.11."""
+"""Integration steps per row: with one, 4 mrad of backlash appear as 4.11."""
 
 
 def simulate(
@@ -32,7 +32,7 @@ def simulate(
     q: Floats,
     added: Mapping[str, Floats],
 ) -> Outputs:
-    """Run one drive of one record. q: of the slow road; added: to columns of the inputs."""
+    """Simulate one subsystem of one record. q: slow road; added: to columns of the inputs."""
     simulation, state, inputs = ready(bike, record, partition, subsystem, q, added)
     return simulation.advance(state, inputs)[1]
 
@@ -46,20 +46,20 @@ def shown(
     added: Mapping[str, Floats],
     finer: int,
 ) -> Mapping[str, Floats]:
-    """Return what `simulate` gives, but only the columns that sensors of this drive look at.
+    """Return the result of `simulate`, but only columns that sensors of this subsystem measure.
 
-    They may be kept for other calls: not to be written.
+    They are cached for other calls and must not be modified.
     """
     outputs = [
         o for block in partition.groups if block.subsystem == subsystem for o in block.outputs
     ]
-    wanted = tuple(sorted({column for o in outputs for column in record.sensors[o].observation}))
+    columns = tuple(sorted({column for o in outputs for column in record.sensors[o].observation}))
     if subsystem == "servo" and not added:
-        return _servo(bike, record, partition, finer, wanted)
+        return _servo(bike, record, partition, finer, columns)
     simulation, state, inputs = ready(
         bike, record, partition, subsystem, q, added, finer, subsystem == "servo"
     )
-    return simulation.trajectories(state, inputs, wanted)
+    return simulation.trajectories(state, inputs, columns)
 
 
 def ready(
@@ -72,16 +72,16 @@ def ready(
     finer: int = FINER,
     servo_only: bool = False,
 ) -> tuple[Simulation, Floats, Inputs]:
-    """Return the simulation, its state at the beginning, and what drives it; not to be written."""
+    """Return the simulation, its initial state and its inputs; they must not be modified."""
     step = record.grid.step
     simulation = _simulation(bike, step, finer, servo_only)
-    settling = round(LEAD_IN / step)
-    speed = true_speed(record, bike, settling + SMOOTH)
-    table = _table(bike, record, partition, subsystem, q, smoothed(speed)[:settling], finer)
+    warm_up = round(LEAD_IN / step)
+    speed = true_speed(record, bike, warm_up + SMOOTH)
+    table = _table(bike, record, partition, subsystem, q, smoothed(speed)[:warm_up], finer)
     if added:
         table = table.copy()
-    for name, course in added.items():
-        table[:, Inputs.names.index(name)] += course
+    for name, waveform in added.items():
+        table[:, Inputs.names.index(name)] += waveform
     inputs = Inputs(table)
     return simulation, _begin(simulation, inputs, record, speed), inputs
 
@@ -90,11 +90,11 @@ _LAST = threading.local()
 
 
 def _simulation(bike: Motorcycle, step: float, finer: int, servo_only: bool) -> Simulation:
-    """Return the simulation of a motorcycle: one for all its recordings, which follow each other."""
+    """Return the simulation of a motorcycle; it is reused for its next recordings."""
     last: dict[bool, tuple[Motorcycle, Simulation]] = vars(_LAST).setdefault("made", {})
     if servo_only in last:
-        of, made = last[servo_only]
-        if of is bike and made.step == step / finer and made.every == finer:
+        owner, made = last[servo_only]
+        if owner is bike and made.step == step / finer and made.every == finer:
             return made
     made = Simulation(bike, step / finer, finer, finer, servo_only=servo_only)
     last[servo_only] = bike, made
@@ -112,59 +112,61 @@ def _table(
     partition: CausalPartition,
     subsystem: str,
     q: Floats,
-    lead: Floats,
+    initial_speed: Floats,
     finer: int,
 ) -> Floats:
-    """Inputs of a drive, row by row. lead: the speed that leads it in; kept, not to be written."""
-    leads = partition.subsystems[subsystem]
-    wrong = tuple(e for e in bike.effects if changes_simulation(e, partition, subsystem))
-    turning = any(e.unseen_turn for e in bike.effects)
-    by = (wrong, *_servo_parts(bike), finer) if wrong and leads else None
+    """Inputs of a subsystem, by row; cached, not to be modified. initial_speed: of the warm-up."""
+    drivers = partition.subsystems[subsystem]
+    faulty = tuple(e for e in bike.effects if changes_simulation(e, partition, subsystem))
+    by_angle = any(e.unseen_turn for e in bike.effects)
+    causes = (faulty, *_servo_parts(bike), finer) if faulty and drivers else None
 
     def make() -> Floats:
-        table = _led(record, leads).copy()
-        for source, column in leads:
-            if wrong:
-                told = _told_too_much(bike, record, partition, wrong, source, finer)
-                table[:, Inputs.names.index(column)] -= told
+        table = _driven_inputs(record, drivers).copy()
+        for source, column in drivers:
+            if faulty:
+                error = _sensor_error(bike, record, partition, faulty, source, finer)
+                table[:, Inputs.names.index(column)] -= error
         inputs = Inputs(table)
         if q.size:
             inputs.road_force[:] += record.slow @ q
-        inputs.measured_speed[: lead.size] = lead
-        if turning:
-            inputs.kept_rear_speed[:] = _recorded_turning(record)
+        inputs.measured_speed[: initial_speed.size] = initial_speed
+        if by_angle:
+            inputs.kept_rear_speed[:] = _recorded_wheel_speed(record)
         return table
 
-    return _TABLES.of(record, (leads, by, q.tobytes(), lead.tobytes(), turning), make)
+    return _TABLES.of(
+        record, (drivers, causes, q.tobytes(), initial_speed.tobytes(), by_angle), make
+    )
 
 
-def _recorded_turning(record: Record) -> Floats | float:
-    """Speed at which the rear wheel turned in each row, rad/s; from its teeth if it has any."""
+def _recorded_wheel_speed(record: Record) -> Floats | float:
+    """Recorded speed of the rear wheel in each row, rad/s; from its teeth if it has any."""
     if "rear_turned" in record.measured:
-        turned = record.measured["rear_turned"]
-        return np.diff(turned, prepend=2.0 * turned[0] - turned[1]) / record.grid.step
+        angle = record.measured["rear_turned"]
+        return np.diff(angle, prepend=2.0 * angle[0] - angle[1]) / record.grid.step
     return record.measured.get("rear", FREE)
 
 
-def _told_too_much(
+def _sensor_error(
     bike: Motorcycle,
     record: Record,
     partition: CausalPartition,
-    wrong: tuple[Effect, ...],
+    faulty: tuple[Effect, ...],
     source: str,
     finer: int,
 ) -> Floats:
-    """Return what wrong sensors add to the signal that leads a drive, row by row.
+    """Return the error of the signal that drives a subsystem, row by row.
 
-    The simulation that leads up to the sensor tells it; there is one for the throttle alone.
+    It is computed from the simulation that ends at the sensor, which only the throttle has.
     """
     sensor = record.sensors[source]
 
     def make() -> Floats:
         out = _servo(bike, record, partition, finer, tuple(sorted(sensor.observation)))
-        return sensor.error(out, wrong, record.time)
+        return sensor.error(out, faulty, record.time)
 
-    return _ERRORS.of(record, (source, wrong, *_servo_parts(bike), finer), make)
+    return _ERRORS.of(record, (source, faulty, *_servo_parts(bike), finer), make)
 
 
 def _servo(
@@ -174,7 +176,7 @@ def _servo(
     finer: int,
     columns: tuple[str, ...],
 ) -> Mapping[str, Floats]:
-    """Some outputs of the throttle servo under the recorded command; kept, not to be written."""
+    """Outputs of the throttle servo for the recorded command; cached, not to be modified."""
 
     def make() -> Mapping[str, Floats]:
         simulation, state, inputs = ready(
@@ -186,10 +188,10 @@ def _servo(
 
 
 def _servo_parts(bike: Motorcycle) -> tuple[object, ...]:
-    """Everything of a motorcycle on which the motion of its throttle servo depends.
+    """All parts of a motorcycle on which the motion of its throttle servo depends.
 
     The equations of the servo and the effects at their seams take nothing but these and the
-    recorded command: a law that `tests` states for every effect of the library.
+    recorded command; a test checks this for every effect of the library.
     """
     acting = (e for e in bike.effects if any(hook.seam in SERVO_SEAMS for hook in e.hooks))
     return bike.throttle_servo, *acting
@@ -198,16 +200,16 @@ def _servo_parts(bike: Motorcycle) -> tuple[object, ...]:
 _LED: Recent[Floats] = Recent(3)
 
 
-def _led(record: Record, leads: tuple[tuple[str, str], ...]) -> Floats:
-    """Inputs of a record with the measured signals that lead a drive; kept, not to be written."""
+def _driven_inputs(record: Record, drivers: tuple[tuple[str, str], ...]) -> Floats:
+    """Inputs of a record with the drivers of a subsystem; cached, not to be modified."""
 
     def make() -> Floats:
         table = record.inputs.copy()
-        for source, column in leads:
+        for source, column in drivers:
             table[:, Inputs.names.index(column)] = record.measured[source]
         return table
 
-    return _LED.of(record, leads, make)
+    return _LED.of(record, drivers, make)
 
 
 def smoothed(speed: Floats) -> Floats:
@@ -218,35 +220,37 @@ def smoothed(speed: Floats) -> Floats:
 
 
 def true_speed(record: Record, bike: Motorcycle, rows: int) -> Floats:
-    """Return the recorded speed that comes nearest to the true one, m/s, of the first rows.
+    """Return the recorded speed that is nearest to the true speed, m/s, of the first rows.
 
-    A wheel's is that of its radius as the effects of the motorcycle have it: a simulation that is
-    led in at a wrong speed goes on at a wrong speed.
+    For a wheel it includes effects on the radius: a simulation with a wrong speed in its warm-up
+    continues at a wrong speed.
     """
     for source in TRUE_SPEED:
         if source in record.measured:
-            seen = record.measured[source][:rows]
-            return rolling(record, bike, "front", seen) if source == "front" else seen
+            speed = record.measured[source][:rows]
+            return rolling(record, bike, "front", speed) if source == "front" else speed
     if "rear" in record.measured:
         return rolling(record, bike, "rear", record.measured["rear"][:rows])
     ratio = bike.gears[int(Inputs(record.inputs).gear[0]) - 1]
     return rolling(record, bike, "rear", record.measured["engine_speed"][:rows] / ratio)
 
 
-def rolling(record: Record, bike: Motorcycle, wheel: str, turning: Floats) -> Floats:
-    """Return the speed at which a wheel rolls, m/s. turning: rad/s."""
+def rolling(record: Record, bike: Motorcycle, wheel: str, wheel_speed: Floats) -> Floats:
+    """Return the speed at which a wheel rolls, m/s. wheel_speed: rad/s."""
     nominal: float = getattr(bike, f"{wheel}_wheel").radius
     hooks = [(e, h) for e in bike.effects for h in e.hooks if h.seam == f"{wheel}_radius"]
-    speed = turning * nominal
+    speed = wheel_speed * nominal
     for _ in range(PASSES if hooks else 0):
-        seen = {"speed": speed, "lean": Inputs(record.inputs).lean[: turning.size]}
-        radius = np.full(turning.size, nominal)
+        signals = {"speed": speed, "lean": Inputs(record.inputs).lean[: wheel_speed.size]}
+        radius = np.full(wheel_speed.size, nominal)
         for effect, hook in hooks:
             own, *others = signature(hook.function).parameters
-            told = [seen[name] if name in seen else getattr(effect, name) for name in others]
+            values = [
+                signals[name] if name in signals else getattr(effect, name) for name in others
+            ]
             assert own == hook.seam
-            radius = np.vectorize(hook.function, otypes=[np.float64])(radius, *told)
-        speed = turning * radius
+            radius = np.vectorize(hook.function, otypes=[np.float64])(radius, *values)
+        speed = wheel_speed * radius
     return speed
 
 
@@ -259,7 +263,7 @@ def _begin(simulation: Simulation, inputs: Inputs, record: Record, speed: Floats
 def starts(
     bike: Motorcycle, inputs: Inputs, record: Record, speed: Floats
 ) -> tuple[float, dict[str, float]]:
-    """Opening (0..1) at the beginning, and the other states that are not zero."""
+    """Return the initial opening (0..1), and the other initial states that are not zero."""
     v = float(np.mean(speed[:20]))
     gear = max(int(inputs.gear[0]), 1)
     rear = v / bike.rear_wheel.radius * 1.01

@@ -1,7 +1,7 @@
-"""Wind and grade push slowly; they are estimated beside everything else, as hats of force.
+"""Slow disturbance by wind and grade: a force on a basis of tents, fitted with all parameters.
 
-One hat every 1.5 s with 30 N of prior deviation, and a push at the moment at which the simulation's
-speed is let go, worth 0.05 m/s.
+One tent every 1.5 s with a prior standard deviation of 30 N, and a pulse at the end of the warm-up,
+when the simulated speed is no longer prescribed, with one of 0.05 m/s.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from slipbench.plant.signals import Floats
 KNOT = 1.5  # s
 FORCE = 30.0  # N, 1 sigma
 RELEASE = 0.05  # m/s, 1 sigma
-DISTURBANCE = 0.05  # s
+DISTURBANCE = 0.05  # s, of the pulse
 
 
 def road_tents(rows: int, mass: float, lead_in: float, step: float) -> Floats:
@@ -20,7 +20,7 @@ def road_tents(rows: int, mass: float, lead_in: float, step: float) -> Floats:
     knots = np.linspace(lead_in, time[-1], max(int((time[-1] - lead_in) / KNOT), 2) + 1)
     spacing = knots[1] - knots[0]
     tents = FORCE * np.maximum(0.0, 1.0 - np.abs(time[:, None] - knots) / spacing)
-    push = np.where(
+    pulse = np.where(
         (time > lead_in) & (time < lead_in + DISTURBANCE), mass * RELEASE / DISTURBANCE, 0.0
     )
-    return np.column_stack((tents * (time > lead_in)[:, None], push))
+    return np.column_stack((tents * (time > lead_in)[:, None], pulse))

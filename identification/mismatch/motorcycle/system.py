@@ -1,4 +1,4 @@
-"""The motorcycle of a vehicle file as a system that the engine explains."""
+"""The motorcycle of a vehicle file as a system of the mismatch engine."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -46,7 +46,7 @@ IMPROVED = "Calibrated on recordings, with the effects found there"
 
 @dataclass(frozen=True, eq=False)
 class MotorcycleSystem(System):
-    """A vehicle of a vehicle file. finer: steps of integration in a row.
+    """A vehicle of a vehicle file. finer: integration steps per row.
 
     source: text of the file and the vehicle that it describes; None for a vehicle without a file.
     """
@@ -62,7 +62,7 @@ class MotorcycleSystem(System):
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Load a vehicle file; its faults are a user's mistake like any other."""
+        """Load a vehicle file. Raises InputError where it is not valid."""
         try:
             vehicle = load_vehicle(path)
             return cls(vehicle, source=(path.read_text(encoding="utf-8"), vehicle))
@@ -81,27 +81,27 @@ class MotorcycleSystem(System):
 
     @property
     def library(self) -> tuple[type[Effect], ...]:
-        """Effects of the plant, without what puts clocks wrong.
+        """Effects of the plant, without errors of clocks.
 
-        Clocks were laid onto the bus clock before; what an effect did to them is gone with that.
+        Recordings are already aligned to the bus clock, which removes the effect of a clock error.
         """
         return tuple(kind for kind in LIBRARY if not hasattr(kind, "clock_error"))
 
     @property
     def plus_minus(self) -> Mapping[str, float]:
-        """As the vehicle file tells it."""
+        """Half widths as in the vehicle file."""
         return self.vehicle.plus_minus
 
     def at(self, known: Sequence[Coordinate], x: Floats, effects: Sequence[Effect]) -> Self:
-        """Return the vehicle with other numbers, kept inside their ranges."""
+        """Return the vehicle with other parameters, limited to their ranges."""
         base = self._with_numbers(known, x)
         new = {e.key for e in effects}
-        kept = tuple(e for e in base.effects if e.key not in new)
-        bike = replace(base, effects=(*kept, *effects))
+        others = tuple(e for e in base.effects if e.key not in new)
+        bike = replace(base, effects=(*others, *effects))
         return replace(self, vehicle=replace(self.vehicle, motorcycle=bike))
 
     def _with_numbers(self, known: Sequence[Coordinate], x: Floats) -> Motorcycle:
-        """Return the motorcycle at coordinates x; the last one is kept, for effects by turns."""
+        """Return the motorcycle at coordinates x; the last result is cached, for other effects."""
         last: tuple[Sequence[Coordinate], Floats, Motorcycle] | None = vars(self).get("_last")
         if last is not None and last[0] is known and np.array_equal(last[1], x):
             return last[2]
@@ -110,7 +110,7 @@ class MotorcycleSystem(System):
         return new
 
     def as_improved(self, plus_minus: Mapping[str, float]) -> Self:
-        """Return the vehicle under an improved one's name."""
+        """Return the vehicle with the name of an improved vehicle."""
         vehicle = replace(
             self.vehicle,
             name=f"{self.vehicle.name} improved",
@@ -131,21 +131,21 @@ class MotorcycleSystem(System):
         return WrittenUnits.of_tree(tomllib.loads(self.source[0])) if self.source else SI
 
     def prepare(self, recording: Recording) -> Record:
-        """Make a recording ready."""
+        """Prepare a recording."""
         return prepare(recording, self.vehicle)
 
     def check(self, record: Record) -> None:
-        """Refuse what no gear of this vehicle can bring about."""
+        """Raise InputError where the speeds do not fit the gear."""
         check_same_vehicle(self.vehicle.motorcycle, record)
 
     def partition(self, records: Sequence[Record]) -> CausalPartition:
-        """Cut at the throttle and at the speeds."""
+        """Cut the causal graph at the throttle and at the speeds."""
         return causal_cut.partition(records)
 
     def coordinates(
         self, records: Sequence[Record], partition: CausalPartition
     ) -> list[Coordinate]:
-        """Parameters of blocks, gears in use, and clocks beside the one all others are seen by."""
+        """Return parameters of blocks, gears in use, and clock offsets to a reference clock."""
         gears = {int(g) for r in records for g in set(Inputs(r.inputs).gear) if g > 0}
         clocks = {
             r.sensors[o].clock
@@ -158,24 +158,24 @@ class MotorcycleSystem(System):
         return coordinates(self.vehicle, gears, clocks - {reference})
 
     def touched(self, partition: CausalPartition, coordinate: Coordinate) -> tuple[str, ...]:
-        """Return the servo for the servo's numbers, the motion for all others."""
+        """Return the servo for parameters of the servo, the motion for all others."""
         servo = "servo" in partition.subsystems and coordinate.owner == "throttle_servo"
         return ("servo",) if servo else ("motion",)
 
     def slow_subsystems(self, partition: CausalPartition) -> tuple[str, ...]:
-        """Wind and grade push the motion."""
+        """Return the motion, on which wind and grade act."""
         return ("motion",)
 
     def concerns(self, effect: Effect, partition: CausalPartition, subsystem: str) -> bool:
-        """Tell it from the effect's seams and channel."""
+        """Decide by the seams and the channel of the effect."""
         return causal_cut.concerns(effect, partition, subsystem)
 
     def changes_only_sensors(self, effect: Effect, partition: CausalPartition) -> bool:
-        """What the throttle's sensor tells leads the motion."""
-        leads = any(
+        """Return False for the throttle sensor where its value drives the motion."""
+        drives = any(
             causal_cut.changes_simulation(effect, partition, d) for d in partition.subsystems
         )
-        return hasattr(effect, "measure") and not leads
+        return hasattr(effect, "measure") and not drives
 
     def simulate(
         self,
@@ -185,7 +185,7 @@ class MotorcycleSystem(System):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
-        """Run one drive of one record."""
+        """Simulate one subsystem of one record."""
         return shown(self.vehicle.motorcycle, record, partition, subsystem, q, added, self.finer)
 
     def derivatives(
@@ -198,7 +198,7 @@ class MotorcycleSystem(System):
         known: Sequence[Coordinate],
         x: Floats,
     ) -> Derivatives:
-        """Run one drive with tangents."""
+        """Simulate one subsystem with tangents."""
         numbers = [i for i, k in enumerate(known) if subsystem in self.touched(partition, k)]
         bike = self.vehicle.motorcycle
         return derivatives(
@@ -206,7 +206,7 @@ class MotorcycleSystem(System):
         )
 
     def acts_at(self, effect: Effect) -> str:
-        """Return the place that an effect's first seam belongs to, or its channel's sensor."""
+        """Return the injection point of an effect's first seam, or the sensor of its channel."""
         return places.acts_at(effect)
 
     def curve(
@@ -216,22 +216,22 @@ class MotorcycleSystem(System):
         return free_curve(place.name, regressor, tuple(knots), tuple(values), number)
 
     def unseen_turns(self) -> tuple[Turn, ...]:
-        """The crank's."""
+        """Return the lines of the crank."""
         return crank_turns()
 
     def coarse(self) -> Self:
-        """Return it with one step of integration in a row."""
+        """Return it with one integration step per row."""
         return replace(self, finer=1)
 
     def places(self, partition: CausalPartition) -> list[InjectionPoint]:
-        """From the servo to the road."""
+        """Return the injection points from the servo to the road."""
         return [p for p in places.PLACES if p.subsystem in partition.subsystems]
 
     def input_disturbance(
-        self, place: InjectionPoint, record: Record, course: Floats
+        self, place: InjectionPoint, record: Record, waveform: Floats
     ) -> dict[str, Floats]:
-        """InputDisturbance through the inputs of the plant."""
-        return places.columns(place, self.vehicle.motorcycle, record, course)
+        """Return a disturbance through the inputs of the plant."""
+        return places.columns(place, self.vehicle.motorcycle, record, waveform)
 
     def regressors(
         self,
@@ -241,7 +241,7 @@ class MotorcycleSystem(System):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
-        """Quantities of the servo, or of all from the throttle plate to the road."""
+        """Return regressors of the servo, or of the motion from the throttle plate to the road."""
         out = simulate(self.vehicle.motorcycle, record, partition, subsystem, q, added)
         bike = self.vehicle.motorcycle
         if subsystem == "servo":
@@ -249,11 +249,11 @@ class MotorcycleSystem(System):
         return motion_regressors(record, out, bike.engine.spark_delay)
 
     def experiments(self) -> Sequence[Choice]:
-        """Sweeps and square waves of throttle and spark."""
+        """Return sweeps and square waves of throttle and spark."""
         return tuple(menu(len(self.vehicle.motorcycle.gears)))
 
     def rehearse(self, like: Record, choice: Choice) -> Record:
-        """Ride a trial of the menu."""
+        """Simulate a candidate trial."""
         return rehearse(self.vehicle.motorcycle, like, choice)
 
     def trial(self, choice: Choice, name: str, file: str) -> Mapping[str, Any]:

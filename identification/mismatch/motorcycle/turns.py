@@ -1,4 +1,4 @@
-"""The crank: lines of the torque at its orders tell where it stood when a recording began."""
+"""The crank: torque lines at its orders identify the crank phase at a recording's start."""
 
 import math
 
@@ -10,7 +10,7 @@ CYLINDERS = range(1, 9)
 
 
 def crank_turns() -> tuple[Turn, ...]:
-    """Orders of engines of one to eight cylinders."""
+    """Return lines at the firing orders of engines of one to eight cylinders."""
     return tuple(
         Turn(
             CompressionTorque(SMALL, number, 0.0),

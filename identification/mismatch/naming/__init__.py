@@ -1,1 +1,1 @@
-"""With the library: which effects recordings ask for, and how certain they are."""
+"""Selection of effects from the library that explain recordings, and their significance."""

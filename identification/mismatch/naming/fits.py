@@ -1,4 +1,4 @@
-"""Fits of the effects that a screening promises, from every start that may lead to the best one."""
+"""Fits of the effects with promising scores, from every start that may lead to the best one."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -21,114 +21,116 @@ from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
-SHORTLIST = 4  # scores of different traces that are fitted
+SHORTLIST = 4  # scores of different effect responses that are fitted
 SAME = 1e-3
-"""Share in which the gains of two effects differ that leave the same trace: a gain, a reversed sign."""
-LONGEST = 8  # scores that are fitted where they are near to the best
+"""Relative difference of gains below which two effects have the same response: a gain, a reversed
+sign."""
+LONGEST = 8  # largest number of scores fitted
 NEAR = 0.7
-"""Share of the best score's gain above which a name could be the same to these recordings."""
-WORTH = 6.0  # nats that a score must promise before a full fit is tried
+"""Share of the best score's gain above which an effect may be indistinguishable from the best."""
+WORTH = 6.0  # nats; score required for a full fit
 ABSORBED = 0.01
-"""Share of a signature that calibration leaves, below which it is what the numbers' bends leave."""
-MUCH = 100.0  # nats that such an effect would be worth to one who knew the numbers
-TRACE = 2.0  # nats that it must score all the same
+"""Share of an effect response outside the nuisances below which it may be a linearization error."""
+MUCH = 100.0  # nats; gain required of such an effect if the parameters were known
+TRACE = 2.0  # nats; score required of it nevertheless
 
 Say = Callable[[str], None]
 
 
 def promising_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
-    """Fits of the most promising effects, best first; those that come near to the best are full."""
+    """Fits of the most promising effects, best first; those near the best are fully refined."""
     worth = promising(scores)
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')}")
-    rough = in_threads(lambda s: _from_several(fit, s), worth)
+    rough = in_threads(lambda s: _from_several_sizes(fit, s), worth)
     return by_score(near_ones_refined(fit, rough))
 
 
 def near_ones_refined(base: Fit, rough: Iterable[Fit | None]) -> list[Fit]:
-    """Return fits that have settled, the best of them and those near to it refined.
+    """Return optimized fits, with the best and those near it refined.
 
-    Sensitivities taken anew bring a fit the last part of its way; one that is far behind before is
-    behind after it. Where the noise model holds fits where they begin, none is known to be behind.
+    Updated sensitivities improve a fit only slightly; a fit far behind stays behind. An exception
+    are fits that the noise model keeps near their start: these are always refined.
     """
-    tried = [f for f in rough if f is not None]
-    near = NEAR * max((_brought(f, base) for f in tried), default=0.0)
+    fits = [f for f in rough if f is not None]
+    threshold = NEAR * max((_effective_gain(f, base) for f in fits), default=0.0)
     return in_threads(
-        lambda f: _refined(f) if _brought(f, base) >= near or hidden_by_noise(f) else f, tried
+        lambda f: _refined(f) if _effective_gain(f, base) >= threshold or hidden_by_noise(f) else f,
+        fits,
     )
 
 
 def others_refined(base: Fit, tried: Iterable[Fit]) -> list[Fit]:
-    """Refine the fits that were left behind as well; none where no fit was.
+    """Refine the remaining fits as well; none if all were refined.
 
-    Those that led may be uncertain, or contradicted, and what is behind them right.
+    The leading fits may be insignificant or contradicted, and one of the others correct.
     """
-    left = [f for f in tried if f.slopes is base.slopes]
-    return in_threads(_refined, left)
+    unrefined = [f for f in tried if f.slopes is base.slopes]
+    return in_threads(_refined, unrefined)
 
 
-def _brought(fit: Fit, base: Fit) -> float:
-    """Nats beyond the base, as far as they count: as much is found at any place of some effects."""
-    places = [c.placebo for c in fit.candidates[len(base.candidates) :] if c.placebo]
-    return (fit.score - base.score) / max((p.inflation for p in places), default=1.0)
+def _effective_gain(fit: Fit, base: Fit) -> float:
+    """Gain over the base, nats, divided by the variance inflation at placebo locations."""
+    inflations = [c.placebo for c in fit.candidates[len(base.candidates) :] if c.placebo]
+    return (fit.score - base.score) / max((p.inflation for p in inflations), default=1.0)
 
 
 def _refined(fit: Fit) -> Fit:
-    return _unless_it_cannot_run(lambda: refined(fit)) or fit
+    return _none_if_not_runnable(lambda: refined(fit)) or fit
 
 
 def promising(scores: Sequence[Score], enough: float = WORTH) -> list[Score]:
-    """Return what is worth a fit, and what calibration makes up for nearly wholly.
+    """Return the scores that justify a fit, and effects that calibration almost absorbs.
 
-    enough: nats that a score must promise.
+    enough: score required, nats.
 
-    Of a tyre that grows by speed the radius, the grip and the drag take nearly all: it scored 3
-    nats, and brought 116 when it was fitted jointly with them.
+    The growth of a tyre with speed is nearly absorbed by radius, grip and drag: it scored 3 nats,
+    and gained 116 when it was fitted jointly with them.
     """
-    near = NEAR * (scores[0].log_likelihood_gain if scores else 0.0)
-    least = min(_of_different_traces(scores), default=0.0)
-    tried = [
+    threshold = NEAR * (scores[0].log_likelihood_gain if scores else 0.0)
+    least = min(_distinct_gains(scores), default=0.0)
+    leading = [
         s
         for s in scores[:LONGEST]
-        if s.log_likelihood_gain > near or s.log_likelihood_gain >= least
+        if s.log_likelihood_gain > threshold or s.log_likelihood_gain >= least
     ]
     absorbed = [
         s
         for s in scores
         if s.log_likelihood_gain > TRACE and s.kept < ABSORBED and s.typical > MUCH
     ]
-    worth = [s for s in tried if s.log_likelihood_gain > enough]
-    return [*worth, *(s for s in absorbed if s not in worth)][:LONGEST]
+    selected = [s for s in leading if s.log_likelihood_gain > enough]
+    return [*selected, *(s for s in absorbed if s not in selected)][:LONGEST]
 
 
-def _of_different_traces(scores: Sequence[Score]) -> list[float]:
-    """Return the gains of the first SHORTLIST traces; effects of one trace count once."""
-    found: list[float] = []
+def _distinct_gains(scores: Sequence[Score]) -> list[float]:
+    """Return the first SHORTLIST gains; effects of the same response count once."""
+    gains: list[float] = []
     for gain in (s.log_likelihood_gain for s in scores):
-        if len(found) == SHORTLIST:
+        if len(gains) == SHORTLIST:
             break
-        if not found or gain < (1.0 - SAME) * found[-1]:
-            found.append(gain)
-    return found
+        if not gains or gain < (1.0 - SAME) * gains[-1]:
+            gains.append(gain)
+    return gains
 
 
 def fits_from_the_file(
     fit: Fit, library: Sequence[type[Effect]], say: Say, before: Screening | None = None
 ) -> list[Fit]:
-    """Full fits of promising effects in the place of numbers that calibration moved far, best first.
+    """Refined fits of effects that replace parameters moved far from the file, best first.
 
-    The other numbers make up for a part of an effect: of a backlash worth 210 nats a score was 2.3.
+    Other parameters compensate for a part of an effect: a backlash worth 210 nats scored 2.3.
     before: a screening of another fit of the same recordings.
     """
     if not far_from_prior(fit):
         return []
     say(f"Screening {len(library)} effects beside the numbers of the file")
-    begun = replacement(fit, tuple(library), before)
-    worth = promising(begun.scores, TRACE) if begun else []
-    for score in worth:
+    start = replacement(fit, tuple(library), before)
+    selected = promising(start.scores, TRACE) if start else []
+    for score in selected:
         say(f"Fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
-    done = in_threads(begun.fitted, worth) if begun else []
-    return by_score(f for f in done if f is not None)
+    fits = in_threads(start.fitted, selected) if start else []
+    return by_score(f for f in fits if f is not None)
 
 
 def by_score(fits: Iterable[Fit]) -> list[Fit]:
@@ -136,16 +138,16 @@ def by_score(fits: Iterable[Fit]) -> list[Fit]:
     return sorted(fits, key=lambda f: -f.score)
 
 
-def _from_several(fit: Fit, score: Score) -> Fit | None:
-    """Return the fit from the size that scored best; of limits, where it disappoints, from others.
+def _from_several_sizes(fit: Fit, score: Score) -> Fit | None:
+    """Return the fit from the size that scored best; of a limit, also from other sizes if needed.
 
-    Beyond its reach a limit does nothing, and no slope leads back.
+    A limit that is never reached has no response, and then its gradient is zero.
     """
-    at, best = score.candidate, roughly(fit, score.as_large_as_scored())
-    for size in trial_sizes(at.kind) if limits(at.kind) else ():
+    candidate, best = score.candidate, roughly(fit, score.as_large_as_scored())
+    for size in trial_sizes(candidate.kind) if limits(candidate.kind) else ():
         if best is not None and best.score - fit.score > 0.5 * score.log_likelihood_gain:
             break
-        best = _better(best, roughly(fit, at.resized(math.copysign(size, at.size))))
+        best = _better(best, roughly(fit, candidate.resized(math.copysign(size, candidate.size))))
     return best
 
 
@@ -154,28 +156,28 @@ def _better(one: Fit | None, other: Fit | None) -> Fit | None:
 
 
 def roughly(fit: Fit, *new: Candidate) -> Fit | None:
-    """Return the fit with more effects, settled with its sensitivities; None where they cannot run."""
-    return _unless_it_cannot_run(lambda: optimize(with_effects(fit, (*fit.candidates, *new))))
+    """Return the fit with more effects and the given sensitivities; None where it cannot run."""
+    return _none_if_not_runnable(lambda: optimize(with_effects(fit, (*fit.candidates, *new))))
 
 
 def fitted(fit: Fit, *new: Candidate) -> Fit | None:
-    """Return the fit with more effects; None where they cannot run."""
-    return _unless_it_cannot_run(lambda: map_fit(with_effects(fit, (*fit.candidates, *new))))
+    """Return the fit with more effects; None where it cannot be simulated."""
+    return _none_if_not_runnable(lambda: map_fit(with_effects(fit, (*fit.candidates, *new))))
 
 
 def beside_the_file(fit: Fit) -> Fit | None:
-    """Return the fit of the same effects from the numbers of the file; None where they cannot run."""
-    return _unless_it_cannot_run(lambda: map_fit(at_prior_mean(fit)))
+    """Return the fit of the same effects from the values of the file; None if not runnable."""
+    return _none_if_not_runnable(lambda: map_fit(at_prior_mean(fit)))
 
 
-def moved(base: Fit, fit: Fit, i: int, there: Candidate) -> Fit | None:
-    """Return the fit with one of its effects at another place, begun with all else as it is.
+def moved(base: Fit, fit: Fit, i: int, relocated: Candidate) -> Fit | None:
+    """Return the fit with one of its effects at another location, started with all else unchanged.
 
-    None where it cannot run there, or is far behind before it is refined, or brings less after it.
+    None where it cannot be simulated, is far behind before the refinement, or gains less after it.
     base: the fit without effects.
     """
-    rest = (*fit.candidates[:i], *fit.candidates[i + 1 :])
-    rough = _unless_it_cannot_run(lambda: optimize(with_effects(fit, (*rest, there))))
+    others = (*fit.candidates[:i], *fit.candidates[i + 1 :])
+    rough = _none_if_not_runnable(lambda: optimize(with_effects(fit, (*others, relocated))))
     if rough is None or rough.score < base.score + NEAR * (fit.score - base.score):
         return None
     new = _refined(rough)
@@ -184,13 +186,13 @@ def moved(base: Fit, fit: Fit, i: int, there: Candidate) -> Fit | None:
 
 @lru_cache(maxsize=4)
 def fitted_without(fit: Fit, i: int) -> Fit | None:
-    """Return the fit without one of its effects; None where the others cannot run alone."""
-    rest = (*fit.candidates[:i], *fit.candidates[i + 1 :])
-    return _unless_it_cannot_run(lambda: map_fit(with_effects(fit, rest)))
+    """Return the fit without one of its effects; None where it cannot be simulated."""
+    others = (*fit.candidates[:i], *fit.candidates[i + 1 :])
+    return _none_if_not_runnable(lambda: map_fit(with_effects(fit, others)))
 
 
-def _unless_it_cannot_run(way: Callable[[], Fit]) -> Fit | None:
+def _none_if_not_runnable(fit: Callable[[], Fit]) -> Fit | None:
     try:
-        return way()
+        return fit()
     except PlantError:
         return None

@@ -1,4 +1,4 @@
-"""How well the effects' parameters are known: errors may hang together within stretches of time."""
+"""Confidence intervals of effect parameters under errors correlated within time segments."""
 
 import math
 from collections.abc import Sequence
@@ -20,16 +20,16 @@ from slipbench.plant.signals import Floats
 
 CONFIDENCE = 0.95
 FEW = 3
-"""Recordings from which on what differs from one trial to the next is told as well."""
+"""Smallest number of recordings from which the variation between trials is estimated as well."""
 IDEAL = 0.02
-"""Share of a parameter within which two formulas of one physics mean the same by it, 95 %.
+"""Relative 95 % half width of the difference between formulas of the same physics.
 
-Where recordings tell more than that, formulas do not: of 42 numbers that two proofs told of (their
-generator has formulas of its own), 12 were off by more than recordings allow, 10 of them by less
-than 3 %.
+Recordings can determine a parameter more precisely than that, formulas cannot: of 42 parameters
+identified in two blind validations (their generator has its own formulas), 12 were off by more than
+recordings allow, 10 of them by less than 3 %.
 """
 UNTOLD = 0.7
-"""Posterior deviation of a shape, in prior ones, above which nothing was told of it."""
+"""Posterior over prior deviation of a shape above which it is not identifiable."""
 
 
 @dataclass(frozen=True)
@@ -44,162 +44,174 @@ class Estimate:
 
 
 def deviations(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, Floats]:
-    """Standard deviation of every dial of all effects, and its degrees of freedom.
+    """Standard deviation of every parameter of all effects, and its degrees of freedom, (p,) each.
 
-    As stretches of time tell it: an effect that one trial shows and three do not is no less there.
-    given: dials that are taken as they are.
+    From time segments: an effect that is visible in only one of four trials is no less significant.
+    given: indices of parameters that are taken as known.
     """
-    white, told = _told(fit, given)
-    variance, freedom = told[0]
-    return _as_elsewhere(fit.candidates, np.sqrt(variance), white, freedom)
+    white, by_clustering = _variances(fit, given)
+    variance, freedom = by_clustering[0]
+    return _with_placebo_inflation(fit.candidates, np.sqrt(variance), white, freedom)
 
 
 def reaches(fit: Fit) -> Floats:
-    """Half width of the 95 % interval of every dial of all effects.
+    """Half width of the 95 % interval of every parameter of all effects, (p,).
 
-    What differs from trial to trial is told by few trials, so that their t is a wide one.
+    The variation between trials has few degrees of freedom, so that its t quantile is large.
     """
-    white, told = _told(fit)
-    found = []
-    for variance, freedom in told:
-        spread, count = _as_elsewhere(fit.candidates, np.sqrt(variance), white, freedom)
-        found.append(stats.t.ppf(0.5 + CONFIDENCE / 2, count) * spread)
-    return np.asarray(np.max(found, axis=0))
+    white, by_clustering = _variances(fit)
+    half_widths = []
+    for variance, freedom in by_clustering:
+        deviation, total_freedom = _with_placebo_inflation(
+            fit.candidates, np.sqrt(variance), white, freedom
+        )
+        half_widths.append(stats.t.ppf(0.5 + CONFIDENCE / 2, total_freedom) * deviation)
+    return np.asarray(np.max(half_widths, axis=0))
 
 
-def _told(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, list[tuple[Floats, Floats]]]:
-    """Variance of every dial if errors were white; variance and freedom as groups of them tell it.
+def _variances(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, list[tuple[Floats, Floats]]]:
+    """Variance of every parameter for white errors; robust variance and freedom by clustering.
 
-    Groups: stretches of time, and where there are enough of them trials. A shape of which the
-    recordings tell nothing is taken as given: its deviation is its prior's, and it does not blur
-    the size.
+    Clusters are time segments, and trials if there are enough of them. A shape that is not
+    identifiable is taken as given: its deviation is that of its prior, and it does not inflate that
+    of the size.
     """
-    off = fit.nuisances.project_out(fit.effect_columns)
+    responses = fit.nuisances.project_out(fit.effect_columns)
     prior = np.concatenate([c.deviations for c in fit.candidates]) ** -2.0
-    normal = off.T @ off + np.diag(prior)
-    untold = (prior == 1.0) & (np.diag(np.linalg.inv(normal)) > UNTOLD**2)
-    untold |= np.isin(np.arange(prior.size), given)
-    normal[np.ix_(untold, ~untold)] = normal[np.ix_(~untold, untold)] = 0.0
-    normal[np.ix_(untold, untold)] = np.eye(int(untold.sum()))
+    normal = responses.T @ responses + np.diag(prior)
+    fixed = (prior == 1.0) & (np.diag(np.linalg.inv(normal)) > UNTOLD**2)
+    fixed |= np.isin(np.arange(prior.size), given)
+    normal[np.ix_(fixed, ~fixed)] = normal[np.ix_(~fixed, fixed)] = 0.0
+    normal[np.ix_(fixed, fixed)] = np.eye(int(fixed.sum()))
     covariance: Floats = np.asarray(np.linalg.inv(normal), np.float64)
-    off = np.where(untold, 0.0, off)
-    left = fit.nuisances.projected_residuals(fit.whitened_residuals, coordinates_of(fit.point))
-    left = left - off @ np.linalg.solve(normal, off.T @ left)
-    groups = fit.nuisances.clustered(fit.clusters)
-    told = [_spread(fit, off, left, covariance, groups)]
+    responses = np.where(fixed, 0.0, responses)
+    residual = fit.nuisances.projected_residuals(fit.whitened_residuals, coordinates_of(fit.point))
+    residual = residual - responses @ np.linalg.solve(normal, responses.T @ residual)
+    segments = fit.nuisances.clustered(fit.clusters)
+    by_clustering = [_robust_variance(fit, responses, residual, covariance, segments)]
     if len(fit.model.records) >= FEW:
         trials = fit.nuisances.clustered(recordings(fit.model))
-        told.append(_spread(fit, off, left, covariance, trials))
-    return np.diag(covariance), told
+        by_clustering.append(_robust_variance(fit, responses, residual, covariance, trials))
+    return np.diag(covariance), by_clustering
 
 
-def _as_elsewhere(
+def _with_placebo_inflation(
     candidates: Sequence[Hypothesis], deviation: Floats, white: Floats, freedom: Floats
 ) -> tuple[Floats, Floats]:
-    """Hold what is looked for along the road to how its size scatters over all the other places."""
-    known = [(c.placebo, len(c.parameters)) for c in candidates]
-    usual = np.repeat([e.inflation if e else 0.0 for e, _ in known], [n for _, n in known])
-    told = np.repeat([e.freedom if e else math.inf for e, _ in known], [n for _, n in known])
-    return np.maximum(deviation, np.sqrt(usual * white)), np.minimum(freedom, told)
+    """Apply the variance inflation of placebo locations to effects located on the road."""
+    placebos = [(c.placebo, len(c.parameters)) for c in candidates]
+    inflation = np.repeat(
+        [e.inflation if e else 0.0 for e, _ in placebos], [n for _, n in placebos]
+    )
+    limits_of_freedom = np.repeat(
+        [e.freedom if e else math.inf for e, _ in placebos], [n for _, n in placebos]
+    )
+    return np.maximum(deviation, np.sqrt(inflation * white)), np.minimum(freedom, limits_of_freedom)
 
 
-def _spread(
-    fit: Fit, off: Floats, left: Floats, covariance: Floats, groups: Integers
+def _robust_variance(
+    fit: Fit, responses: Floats, residual: Floats, covariance: Floats, clusters: Integers
 ) -> tuple[Floats, Floats]:
-    """Variance of every dial and its degrees of freedom; errors hang together within groups."""
-    robust, _, freedom = stretches(off, left, groups)
+    """Cluster-robust variance of every parameter and its degrees of freedom, (p,) each."""
+    robust, _, freedom = stretches(responses, residual, clusters)
     meat = np.sqrt(robust)
-    told = covariance @ (meat[:, None] * _alike(off * left[:, None], groups) * meat) @ covariance
-    return fit.variance_inflation.moderated(np.diag(told), np.diag(covariance), freedom)
+    sandwich = (
+        covariance
+        @ (meat[:, None] * _correlations(responses * residual[:, None], clusters) * meat)
+        @ covariance
+    )
+    return fit.variance_inflation.moderated(np.diag(sandwich), np.diag(covariance), freedom)
 
 
-def _alike(pushes: Floats, groups: Integers) -> Floats:
-    """How far the pushes of two dials go together over groups: correlations."""
-    push = np.stack([np.bincount(groups, p) for p in pushes.T], axis=1)
-    size = np.sqrt(np.sum(push**2, axis=0)) + 1e-300
-    return np.asarray((push / size).T @ (push / size))
+def _correlations(products: Floats, clusters: Integers) -> Floats:
+    """Correlations of the cluster sums of the parameters' scores, (p, p)."""
+    sums = np.stack([np.bincount(clusters, p) for p in products.T], axis=1)
+    norms = np.sqrt(np.sum(sums**2, axis=0)) + 1e-300
+    return np.asarray((sums / norms).T @ (sums / norms))
 
 
 def significance(fit: Fit, number: int) -> float:
-    """One-sided p of the size of effect `number`, against sizes so small that they do not count.
+    """One-sided p of the size of effect `number`, against negligible sizes.
 
-    Of an effect that the file has already it is that of what differs from the file.
+    For an effect that the file states, of its difference from the stated size.
 
-    Where there is no effect its shapes mean nothing, so that their errors are none of the size's:
-    they are taken as fitted, and each counts as one more try. The size of a limit is certain
-    wherever something comes near to it, so of a limit it is asked whether it does anything.
+    Without the effect its shapes have no meaning, so that their errors do not enter that of the
+    size: they are taken as fitted, and each counts as one more test. The size of a limit is
+    significant wherever the limit is nearly reached, so for a limit the response is tested instead.
     """
-    place = sum(len(c.parameters) for c in fit.candidates[:number])
-    now = fit.candidates[number]
-    assert isinstance(now, Candidate)
-    if limits(now.kind):
-        return min(1.0, _of_what_it_does(fit, number) * len(now.parameters))
-    own = range(place + 1, place + len(now.parameters))
-    spread, freedom = deviations(fit, own)
-    beyond = abs(now.added) - now.negligible_difference
-    p = float(stats.t.sf(beyond / spread[place], freedom[place]))
-    if now.kind.unseen_turn:
+    index = sum(len(c.parameters) for c in fit.candidates[:number])
+    candidate = fit.candidates[number]
+    assert isinstance(candidate, Candidate)
+    if limits(candidate.kind):
+        return min(1.0, _response_p(fit, number) * len(candidate.parameters))
+    shape_indices = range(index + 1, index + len(candidate.parameters))
+    deviation, freedom = deviations(fit, shape_indices)
+    excess = abs(candidate.added) - candidate.negligible_difference
+    p = float(stats.t.sf(excess / deviation[index], freedom[index]))
+    if candidate.kind.unseen_turn:
         p = _over_angles(p, len(fit.model.records))
-    return min(1.0, p * len(now.parameters))
+    return min(1.0, p * len(candidate.parameters))
 
 
 def _over_angles(p: float, count: int) -> float:
-    """Return p of an amplitude at angles that were read off so many recordings, each at its best.
+    """Return p of an amplitude at angles that were estimated in `count` recordings.
 
-    Where there is nothing, the nats of a line at its best angle are exponential in each of them.
+    Without an effect, the gain of a line at its best angle is exponential in each of them, in nats.
     """
-    nats = 0.5 * max(float(stats.norm.isf(p)), 0.0) ** 2
-    return float(special.gammaincc(count, nats))
+    gain = 0.5 * max(float(stats.norm.isf(p)), 0.0) ** 2
+    return float(special.gammaincc(count, gain))
 
 
-def _of_what_it_does(fit: Fit, number: int) -> float:
-    """One-sided p of the amplitude of all that an effect changes."""
-    it, others = fit.point.effects[number], list(fit.point.effects)
+def _response_p(fit: Fit, number: int) -> float:
+    """One-sided p of the amplitude of the whole response of an effect."""
+    effect, others = fit.point.effects[number], list(fit.point.effects)
     del others[number]
-    bare = replace(fit.point, effects=tuple(others))
-    trace = change(fit.model, bare, (*others, it), predict(fit.model, bare))
-    course = fit.nuisances.project_out(whiten_and_stack(fit.model, fit.noise, trace))
-    left = (
+    without = replace(fit.point, effects=tuple(others))
+    trace = change(fit.model, without, (*others, effect), predict(fit.model, without))
+    response = fit.nuisances.project_out(whiten_and_stack(fit.model, fit.noise, trace))
+    residual = (
         fit.nuisances.projected_residuals(fit.whitened_residuals, coordinates_of(fit.point))
-        + course
+        + response
     )
-    return amplitude_p(course, left, fit.nuisances.clustered(fit.clusters), fit.variance_inflation)
+    return amplitude_p(
+        response, residual, fit.nuisances.clustered(fit.clusters), fit.variance_inflation
+    )
 
 
 def estimates(fit: Fit, number: int) -> list[Estimate]:
-    """Parameters of effect `number` with their intervals; whole ones are as they are."""
-    reach = reaches(fit)
-    place = sum(len(c.parameters) for c in fit.candidates[:number])
+    """Estimates of the parameters of effect `number`, with intervals; integers are exact."""
+    half_widths = reaches(fit)
+    first = sum(len(c.parameters) for c in fit.candidates[:number])
     candidate = fit.candidates[number]
     if not isinstance(candidate, Candidate):
         return []
-    found = [_estimate(candidate, 0, p, float(reach[place])) for p in sizes(candidate.kind)]
+    fitted = [_estimate(candidate, 0, p, float(half_widths[first])) for p in sizes(candidate.kind)]
     for i, p in enumerate(shapes(candidate.kind), start=1):
-        found.append(_estimate(candidate, i, p, float(reach[place + i])))
+        fitted.append(_estimate(candidate, i, p, float(half_widths[first + i])))
     effect = candidate.effect()
-    named = {e.name for e in found}
-    exact = [p for p in candidate.kind.parameters() if p.name not in named]
-    return found + [
+    names = {e.name for e in fitted}
+    exact = [p for p in candidate.kind.parameters() if p.name not in names]
+    return fitted + [
         Estimate(p.name, p.unit, v := float(getattr(effect, p.name)), v, v) for p in exact
     ]
 
 
-def _ideal(candidate: Candidate, parameter: int, p: Parameter) -> float:
-    """How far a dial goes within what formulas leave; nothing where it is a place or an angle."""
+def _formula_error(candidate: Candidate, parameter: int, p: Parameter) -> float:
+    """Half width of a parameter by inexact formulas; 0 for a location or an angle."""
     if parameter == 0:
         return 0.0 if candidate.fixed_from_data else IDEAL * abs(candidate.size)
     return IDEAL / SHAPE if by_factors(p, getattr(candidate.pattern, p.name)) else 0.0
 
 
-def _estimate(candidate: Candidate, parameter: int, p: Parameter, reach: float) -> Estimate:
-    reach = math.hypot(reach, _ideal(candidate, parameter, p))
-    ends = []
+def _estimate(candidate: Candidate, parameter: int, p: Parameter, half_width: float) -> Estimate:
+    half_width = math.hypot(half_width, _formula_error(candidate, parameter, p))
+    values = []
     for sign in (-1.0, 0.0, 1.0):
         parameters = list(candidate.parameters)
-        parameters[parameter] += sign * reach
+        parameters[parameter] += sign * half_width
         if parameter == 0 and parameters[0] * candidate.size <= 0.0:
             parameters[0] = 1e-3 * candidate.size
-        there = replace(candidate, parameters=tuple(parameters)).effect()
-        ends.append(float(getattr(there, p.name)))
-    low, value, high = ends
+        shifted = replace(candidate, parameters=tuple(parameters)).effect()
+        values.append(float(getattr(shifted, p.name)))
+    low, value, high = values
     return Estimate(p.name, p.unit, value, min(low, high), max(low, high))

@@ -1,8 +1,8 @@
-"""Pairs of effects where single ones do not suffice: one missing effect can hide another.
+"""Look-ahead over pairs of effects, because one missing effect can mask another.
 
-A belt that swings and a counter that is blind to direction are worth less alone than some effect
-that is not there, and more together than any. So the most promising effects, of different kinds and
-of different directions, are judged by the best pair that each begins.
+An elastic belt and a direction-blind counter each explain less alone than some absent effect, and
+together more than any. So the most promising effects, of different kinds and of different response
+directions, are compared by the best pair that contains each.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -33,63 +33,66 @@ from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
 KINDS = 12
-"""First halves that are tried, each of another kind: one kind at two places is often one thing."""
+"""Largest number of first effects of different kinds: two locations of a kind are often one
+effect."""
 APART = 16
-"""First halves that are tried, each of another direction: what alone explains little is among them."""
+"""Largest number of first effects of different directions; these include effects that explain
+little alone."""
 POOL = 64
-"""First scores of which the directions are compared."""
+"""Number of leading scores whose directions are compared."""
 SECONDS = 3
-"""Second halves that are fitted to each: as many first ones, and as many of different directions."""
+"""Second effects fitted to each first one: as many by score, and as many of different
+directions."""
 PROMISED = 3.0
-"""Times what a score promises, that a fit may bring: a score goes straight on, from far away."""
+"""Ratio of the gain of a fit to its score that is allowed for: a score extrapolates linearly."""
 SHARE = 0.1
-"""Share of the best score that a first half must score, and of what both must bring that it must
-bring alone; the second one may do nothing alone."""
+"""Share of the best score required of a first effect, and share of the pair's gain required of it
+alone; the second effect may gain nothing alone."""
 
 Say = Callable[[str], None]
 Way = Callable[[Score], Fit | None]
-"""How an effect is fitted alone; None where it cannot."""
+"""Fits an effect alone; None where it cannot be simulated."""
 
 
-def halves(named: Named, library: Sequence[type[Effect]], least: float, say: Say) -> list[Fit]:
-    """Fit the most promising effects of each kind and direction alone, keep those that bring enough.
+def halves(named: Named, library: Sequence[type[Effect]], required: float, say: Say) -> list[Fit]:
+    """Fit the most promising effects of each kind and direction alone; return the successful ones.
 
-    Calibration can run away from a motion without which what is missing has nothing to act on: a
-    time constant of 0.5 s ran to 20 s, and with the changes of direction went the trace of a
-    counter that is blind to them. So where numbers went far, they are fixed where the file has
-    them; where the noise model may have kept them from going, all of them are.
-    least: nats that both halves must bring.
+    Calibration can remove a motion on which the missing effect depends: a time constant of 0.5 s
+    went to 20 s, and without the changes of direction a direction-blind counter had no response. So
+    parameters far from the file are fixed at its values. If the noise model may have kept
+    parameters near their start, the uncalibrated start is used as well. required: gain required of
+    both effects together, nats.
     """
-    before = named.base.coarse
-    begun = _beginning(before, named, library)
-    most = max((s.log_likelihood_gain for s in begun.scores), default=0.0)
-    hint = max(begun.needed / PROMISED, SHARE * most)
-    hopeful = [s for s in begun.scores if s.log_likelihood_gain > hint]
-    apart = _apart(Linearization.of(begun.there), hopeful, APART)
-    first = _in_order(hopeful, [*_one_of_each_kind(hopeful), *apart])
+    base = named.base.coarse
+    start = _start(base, named, library)
+    best_score = max((s.log_likelihood_gain for s in start.scores), default=0.0)
+    threshold = max(start.required / PROMISED, SHARE * best_score)
+    promising = [s for s in start.scores if s.log_likelihood_gain > threshold]
+    distinct = _of_different_directions(Linearization.of(start.fit), promising, APART)
+    first = _in_order(promising, [*_one_of_each_kind(promising), *distinct])
     for score in first:
         say(f"Look-ahead from {score.candidate.name.replace('_', ' ')}")
-    done = in_threads(begun.way, first)
-    enough = before.score + max(ENOUGH, SHARE * least)
-    return [f for f in done if f is not None and f.score > enough]
+    fits = in_threads(start.fit_alone, first)
+    enough = base.score + max(ENOUGH, SHARE * required)
+    return [f for f in fits if f is not None and f.score > enough]
 
 
 @dataclass(frozen=True, eq=False)
-class _Beginning:
-    """Where first halves are looked for. scores: of a screening there; needed: nats of a half."""
+class _Start:
+    """Start of first effects. scores: of a screening; required: gain of an effect, nats."""
 
-    there: Fit
+    fit: Fit
     scores: Sequence[Score]
-    needed: float
-    way: Way
+    required: float
+    fit_alone: Way
 
 
-def _beginning(fit: Fit, named: Named, library: Sequence[type[Effect]]) -> _Beginning:
+def _start(fit: Fit, named: Named, library: Sequence[type[Effect]]) -> _Start:
     if hidden_by_noise(fit):
         starts = [fit]
         with suppress(PlantError):
             starts = [start_fit(fit.model, fit.model.origin()), fit]
-        return _Beginning(
+        return _Start(
             starts[0],
             screen(Linearization.of(starts[0]), library, named.first).scores,
             ENOUGH,
@@ -97,36 +100,38 @@ def _beginning(fit: Fit, named: Named, library: Sequence[type[Effect]]) -> _Begi
                 *(partial(_fitted, least_squares_start, start, s.candidate) for start in starts)
             ),
         )
-    begun = replacement(fit, tuple(library), named.first) if far_from_prior(fit) else None
-    if begun is not None:
-        needed = max(ENOUGH, begun.least)
-        return _Beginning(begun.fixed, begun.scores, needed, begun.fitted)
-    return _Beginning(
+    replaced = replacement(fit, tuple(library), named.first) if far_from_prior(fit) else None
+    if replaced is not None:
+        required = max(ENOUGH, replaced.least)
+        return _Start(replaced.fixed, replaced.scores, required, replaced.fitted)
+    return _Start(
         fit, named.scores, ENOUGH, lambda s: _best(partial(_fitted, optimize, fit, s.candidate))
     )
 
 
 def pairs(
-    named: Named, begun: Sequence[Fit], library: Sequence[type[Effect]], enough: float
+    named: Named, singles: Sequence[Fit], library: Sequence[type[Effect]], required: float
 ) -> list[Fit]:
-    """Fit what promises most beside each single effect. enough: score that a pair must reach."""
-    ways = (optimize, least_squares_start) if hidden_by_noise(named.base) else (optimize,)
-    several = in_threads(lambda single: list(_pairs(named, single, library, enough, ways)), begun)
-    done = near_ones_refined(named.base, [pair for found in several for pair in found])
-    return [pair for pair in done if pair.score > enough]
+    """Fit the most promising second effects beside each first one. required: score of a pair."""
+    methods = (optimize, least_squares_start) if hidden_by_noise(named.base) else (optimize,)
+    several = in_threads(
+        lambda single: list(_pairs(named, single, library, required, methods)), singles
+    )
+    refined = near_ones_refined(named.base, [pair for found in several for pair in found])
+    return [pair for pair in refined if pair.score > required]
 
 
-def _fitted(way: Callable[[Fit], Fit], start: Fit, *effects: Candidate) -> Fit:
-    return way(with_effects(start, effects))
+def _fitted(method: Callable[[Fit], Fit], start: Fit, *effects: Candidate) -> Fit:
+    return method(with_effects(start, effects))
 
 
-def _best(*tries: Callable[[], Fit]) -> Fit | None:
-    """Return the best of several fits; None where none can run."""
-    done = []
-    for fit in tries:
+def _best(*fits: Callable[[], Fit]) -> Fit | None:
+    """Return the best of several fits; None where none can be simulated."""
+    results = []
+    for fit in fits:
         with suppress(PlantError):
-            done.append(fit())
-    return max(done, key=lambda f: f.score, default=None)
+            results.append(fit())
+    return max(results, key=lambda f: f.score, default=None)
 
 
 def _one_of_each_kind(scores: Iterable[Score]) -> list[Score]:
@@ -140,53 +145,57 @@ def _pairs(
     named: Named,
     single: Fit,
     library: Sequence[type[Effect]],
-    enough: float,
-    ways: Sequence[Callable[[Fit], Fit]],
+    required: float,
+    methods: Sequence[Callable[[Fit], Fit]],
 ) -> Iterator[Fit]:
-    """Yield the pairs that a single begins, those that promise enough."""
+    """Yield the fitted pairs of a first effect whose score may reach the required one."""
     linear = Linearization.of(single)
-    found = screen(linear, library, named.first, SECONDS)
-    for score in _seconds(linear, found.scores):
-        if single.score + PROMISED * score.log_likelihood_gain > enough:
+    screening = screen(linear, library, named.first, SECONDS)
+    for score in _seconds(linear, screening.scores):
+        if single.score + PROMISED * score.log_likelihood_gain > required:
             for second in (score.candidate, *_other_variants(score, library, single.model)):
                 pair = (*single.effects, second)
-                done = _best(*(partial(_fitted, way, single, *pair) for way in ways))
-                if done is not None:
-                    yield done
+                fit = _best(*(partial(_fitted, method, single, *pair) for method in methods))
+                if fit is not None:
+                    yield fit
 
 
 def _seconds(linear: Linearization, scores: Sequence[Score]) -> list[Score]:
-    """Return the first scores, and the first of different directions.
+    """Return the leading scores, and the leading ones of different directions.
 
-    The recordings hardly tell effects of one direction apart, and scores do not show which of them
-    fits best.
+    Recordings hardly distinguish effects of one direction, and scores do not determine which of
+    them fits best.
     """
-    return _in_order(scores, [*scores[:SECONDS], *_apart(linear, scores, SECONDS)])
+    return _in_order(
+        scores, [*scores[:SECONDS], *_of_different_directions(linear, scores, SECONDS)]
+    )
 
 
-def _apart(linear: Linearization, scores: Sequence[Score], most: int) -> list[Score]:
-    """Return the first scores whose signatures have different directions."""
+def _of_different_directions(
+    linear: Linearization, scores: Sequence[Score], most: int
+) -> list[Score]:
+    """Return the leading scores whose effect responses have different directions."""
     first = scores[:POOL]
-    found = directions(linear, linear.effect_responses([s.candidate for s in first]))
-    return [first[i] for i in different(found, most)]
+    response_directions = directions(linear, linear.effect_responses([s.candidate for s in first]))
+    return [first[i] for i in different(response_directions, most)]
 
 
-def _in_order(scores: Sequence[Score], some: Sequence[Score]) -> list[Score]:
-    """Return some of the scores, each once, in the order of all."""
-    chosen = {s.candidate.name for s in some}
-    return [s for s in scores if s.candidate.name in chosen]
+def _in_order(scores: Sequence[Score], selected: Sequence[Score]) -> list[Score]:
+    """Return selected scores, each once, in the order of all."""
+    names = {s.candidate.name for s in selected}
+    return [s for s in scores if s.candidate.name in names]
 
 
 def _other_variants(
     score: Score, library: Sequence[type[Effect]], model: Model
 ) -> Iterator[Candidate]:
-    """Yield the same effect from the other values at which it is looked for.
+    """Yield the same effect at the other values tested.
 
-    From far away the value that scores best says little of the one that fits best: a belt of
-    20 rad/s scored best at 2 rad/s.
+    Far from the optimum the value that scores best hardly predicts the one that fits best: a belt
+    of 20 rad/s scored best at 2 rad/s.
     """
-    here = score.candidate
-    for other in (as_known(c, model) for c in of_one_kind(here, library)):
+    candidate = score.candidate
+    for other in (as_known(c, model) for c in of_one_kind(candidate, library)):
         on_the_road = place_on_the_road(other.pattern) is not None
-        if other.name == here.name and other.pattern != here.pattern and not on_the_road:
+        if other.name == candidate.name and other.pattern != candidate.pattern and not on_the_road:
             yield other

@@ -1,4 +1,4 @@
-"""What a search has accepted so far, with what is known of it."""
+"""Effects accepted by a search so far, with their evidence."""
 
 from dataclasses import dataclass, field, replace
 
@@ -6,18 +6,18 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import Veto
 from slipbench.identification.mismatch.naming.score import Score, Screening
 
-ALIKE = 10.0  # nats within which two names are one class
+ALIKE = 10.0  # nats; effects within this difference of gain are indistinguishable
 
 
 @dataclass(frozen=True, eq=False)
 class Named:
-    """What was accepted. base: without any; competing: name -> nats behind, by accepted name.
+    """Accepted effects. base: fit without any; competing: name -> deficit, nats, by accepted name.
 
-    first: screening of the whole library on what calibration leaves. screenings: how many there
-    were since. p: of the strongest of all that was tried, family-wise over the library and the free
-    curves. vetoes: what passed on the training recordings and held-out ones contradict. doubts:
-    what speaks against names beforehand (see plausibility.py), by name. found_in: number of the
-    screening that found it, by accepted name.
+    first: screening of the whole library on the residual of calibration. screenings: number of
+    screenings so far. p: smallest p of all tests, family-wise over the library and the free curves.
+    vetoes: effects that passed on the training recordings and are contradicted by held-out ones.
+    doubts: prior reasons against effects (see plausibility.py), by name. found_in: index of the
+    screening that found an accepted effect, by name.
     """
 
     base: Fit
@@ -32,7 +32,7 @@ class Named:
 
     @property
     def scores(self) -> list[Score]:
-        """Of every effect the best try on what calibration leaves, greatest gain first."""
+        """Best candidate of every effect on the residual of calibration, largest gain first."""
         return self.first.scores
 
     @property
@@ -42,20 +42,20 @@ class Named:
 
     @property
     def log_likelihood_gain(self) -> float:
-        """Nats that the accepted effects bring."""
+        """Log-likelihood gain of the accepted effects, nats."""
         return self.fit.score - self.base.score
 
 
 def left(named: Named, fit: Fit) -> Named:
-    """Return the names of a fit, and what is known of those that were named before."""
-    there = {c.name for c in fit.candidates}
+    """Return the state reduced to the effects of a fit."""
+    remaining = {c.name for c in fit.candidates}
 
-    def stays(names: str) -> bool:
-        return set(names.split(" + ")) <= there
+    def is_accepted(names: str) -> bool:
+        return set(names.split(" + ")) <= remaining
 
     return replace(
         named,
         fit=fit,
-        competing={n: r for n, r in named.competing.items() if stays(n)},
-        found_in={n: k for n, k in named.found_in.items() if n in there},
+        competing={n: r for n, r in named.competing.items() if is_accepted(n)},
+        found_in={n: k for n, k in named.found_in.items() if n in remaining},
     )

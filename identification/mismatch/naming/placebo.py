@@ -1,9 +1,9 @@
-"""How the size of what is looked for along the road scatters where it cannot be true.
+"""Variance inflation of effects with a road position, estimated at placebo locations.
 
-What acts on a stretch of the road acts in few stretches of time, which by themselves tell too
-little of how far its size may be wrong: a gust is as long as a slope. Two things tell more. At all
-other places there should be nothing of it. And at one place every trial should show it alike: wind
-and whatever else passes by differ from trial to trial.
+An effect on a section of the road acts in few time segments, which by themselves give few degrees
+of freedom for the error of its size: a gust is as long as a slope. Two comparisons give more. At
+all other locations the effect should be absent. And at one location all trials should agree: wind
+and other disturbances differ from trial to trial.
 """
 
 from collections.abc import Sequence
@@ -15,20 +15,20 @@ from slipbench.identification.mismatch.fit.variance_inflation import VarianceInf
 from slipbench.plant.signals import Floats
 
 APART = 2.0
-"""Steps of the search along the road beyond which another place tells what is usual."""
+"""Distance beyond which a location serves as placebo, in steps of the search."""
 PLACES = 8
-"""Other places that must be there to tell what is usual."""
+"""Smallest number of placebo locations."""
 CHANCE = 1.0
-"""Nats below which a try, were its effect there, could not be found; such a try tells nothing."""
+"""Expected gain of an effect below which a test has no power and is not used, nats."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlaceboLocation:
-    """One place at which an effect was tried.
+    """One location at which an effect was tested.
 
-    at: in steps of the search. energy, amplitude: of its signature in each trial alone, (R,),
-    where white noise has a square of 1. distinct_share: share of this signature that those at the other
-    places do not have, 0 to 1.
+    at: in steps of the search. energy, amplitude: of its response in each trial alone, (R,), where
+    white noise has a mean square of 1. distinct_share: share of this response that those at the
+    other locations do not have, 0 to 1.
     """
 
     at: float
@@ -46,46 +46,49 @@ class PlaceboLocation:
 def at_places(
     at: Sequence[float], energy: Floats, amplitude: Floats, alike: Floats
 ) -> list[PlaceboLocation]:
-    """Return what was tried.
+    """Return the tested locations.
 
-    energy, amplitude: (R, places); alike: correlations of the signatures, (places, places).
+    energy, amplitude: (R, locations); alike: correlations of the responses, (locations, locations).
     """
-    own = 1.0 / np.maximum(np.sum(alike**2, axis=1), 1.0)
+    distinct_shares = 1.0 / np.maximum(np.sum(alike**2, axis=1), 1.0)
     return [
-        PlaceboLocation(a, energy[:, i], amplitude[:, i], float(own[i])) for i, a in enumerate(at)
+        PlaceboLocation(a, energy[:, i], amplitude[:, i], float(distinct_shares[i]))
+        for i, a in enumerate(at)
     ]
 
 
-def usual(tried: Sequence[PlaceboLocation], at: float) -> VarianceInflation | None:
-    """Return how a size at one place may scatter, as its other places and its trials tell it."""
-    told = [s for s in (between_places(tried, at), between_trials(tried)) if s is not None]
-    return max(told, key=lambda s: s.inflation, default=None)
+def usual(locations: Sequence[PlaceboLocation], at: float) -> VarianceInflation | None:
+    """Return the larger variance inflation at one location, over placebo locations or trials."""
+    inflations = [
+        s for s in (between_places(locations, at), between_trials(locations)) if s is not None
+    ]
+    return max(inflations, key=lambda s: s.inflation, default=None)
 
 
-def between_places(tried: Sequence[PlaceboLocation], at: float) -> VarianceInflation | None:
-    """Return how sizes scatter over places apart from one; None where there are too few."""
-    others = [t.over_all_trials for t in tried if abs(t.at - at) > APART]
+def between_places(locations: Sequence[PlaceboLocation], at: float) -> VarianceInflation | None:
+    """Return the variance inflation over placebo locations; None where there are too few."""
+    others = [t.over_all_trials for t in locations if abs(t.at - at) > APART]
     squares = [energy * amplitude**2 for energy, amplitude in others if 0.5 * energy > CHANCE]
     if len(squares) < PLACES:
         return None
     return VarianceInflation(max(1.0, float(np.mean(squares))), len(squares) / APART)
 
 
-def between_trials(tried: Sequence[PlaceboLocation]) -> VarianceInflation | None:
-    """Return how sizes at a place differ from trial to trial; None where one trial alone shows it.
+def between_trials(locations: Sequence[PlaceboLocation]) -> VarianceInflation | None:
+    """Return the variance inflation between trials; None if only single trials are informative.
 
-    An effect that is there is there in every trial and adds nothing to it.
+    A real effect is present in every trial and does not contribute to it.
     """
     squares = freedom = independent = 0.0
-    for t in tried:
-        tells = 0.5 * t.energy > CHANCE
-        if tells.sum() < 2:
+    for location in locations:
+        informative = 0.5 * location.energy > CHANCE
+        if informative.sum() < 2:
             continue
-        energy, amplitude = t.energy[tells], t.amplitude[tells]
+        energy, amplitude = location.energy[informative], location.amplitude[informative]
         mean = float(energy @ amplitude) / float(energy.sum())
         squares += float(energy @ (amplitude - mean) ** 2)
         freedom += len(energy) - 1
-        independent += (len(energy) - 1) * t.distinct_share
+        independent += (len(energy) - 1) * location.distinct_share
     if freedom == 0.0:
         return None
     return VarianceInflation(max(1.0, squares / freedom), max(independent, 1.0))

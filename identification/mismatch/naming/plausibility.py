@@ -1,8 +1,8 @@
-"""Which of several names that recordings cannot tell apart leads the verdict.
+"""Prior plausibility, which ranks effects that recordings cannot distinguish.
 
 Each prior is a statement about vehicles and benches that needs no recording, with its reason. It
-never decides against evidence: only names within the margin of a tie are put in order, and all of
-them stay listed, with the reason against them.
+never overrules evidence: only effects within the margin of a tie are sorted, and all of them stay
+listed, with the reason against them.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,22 +18,23 @@ from slipbench.identification.signals.clocks import BUS
 from slipbench.plant.signals import Floats
 
 DRIFT = 1e-3
-"""Clock drift that no clock of a device has: a CAN node with more loses the bit timing of its bus."""
+"""Clock drift larger than that of any device: a CAN node with more loses the bit timing of its
+bus."""
 AT_REST = 0.25
-"""Share of an offset above which a reading at rest counts as off."""
+"""Share of an offset above which a reading at rest deviates from zero."""
 REST = 0.5
-"""Seconds for which a reading must stand near zero to be at rest."""
+"""Time for which a reading must stay near zero to be at rest, s."""
 HELD = 0.5
-"""Share of bins in which a computed input keeps its value."""
+"""Share of bins above which an input that keeps its value is a computed one."""
 SENSORS = ("optical_sensor", "encoder", "channel")
-"""Blocks of the motorcycle that only report."""
+"""Blocks of the motorcycle that only measure."""
 OF_A_READING = ("offset", "scale", "reversed_sign")
-"""Effects at an input that say that it was recorded wrongly."""
+"""Effects at an input that mean an error of its recording."""
 
 
 @dataclass(frozen=True)
 class Prior:
-    """A reason against names. rank: how much it weighs; doubts: whether it is against an effect."""
+    """A prior reason. rank: its weight; doubts: whether it speaks against an effect."""
 
     reason: str
     rank: int
@@ -41,30 +42,30 @@ class Prior:
 
 
 def doubts(candidate: Candidate, fit: Fit) -> list[Prior]:
-    """List the priors against an effect, the heaviest first."""
+    """List the priors against an effect, largest weight first."""
     return [p for p in PRIORS if p.doubts(candidate, fit)]
 
 
-def rank(fit: Fit, beside: int) -> int:
-    """Weight of the priors against what a fit has more than so many effects; 0: none."""
-    news = [c for c in fit.candidates[beside:] if isinstance(c, Candidate)]
-    return max((p.rank for c in news for p in doubts(c, fit)), default=0)
+def rank(fit: Fit, shared: int) -> int:
+    """Largest weight of the priors against effects of a fit after the first `shared`; 0: none."""
+    added = [c for c in fit.candidates[shared:] if isinstance(c, Candidate)]
+    return max((p.rank for c in added for p in doubts(c, fit)), default=0)
 
 
-def plausible_first(fits: Sequence[Fit], beside: int, margin: float) -> list[Fit]:
-    """Put the most plausible first among fits, best first, that are tied with the best.
+def plausible_first(fits: Sequence[Fit], shared: int, margin: float) -> list[Fit]:
+    """Sort fits, best first, so that ties with the best are in order of plausibility.
 
-    beside: effects that all of them share; margin: nats of a tie.
+    shared: number of effects common to all; margin: of a tie, nats.
     """
     if not fits:
         return []
-    number = len(fits[0].candidates)
+    count = len(fits[0].candidates)
 
     def tied(fit: Fit) -> bool:
-        return fits[0].score - fit.score < margin and len(fit.candidates) == number
+        return fits[0].score - fit.score < margin and len(fit.candidates) == count
 
     ties = [f for f in fits if tied(f)]
-    return [*sorted(ties, key=lambda f: rank(f, beside)), *(f for f in fits if not tied(f))]
+    return [*sorted(ties, key=lambda f: rank(f, shared)), *(f for f in fits if not tied(f))]
 
 
 def _kind_of_place(candidate: Candidate) -> str:
@@ -100,18 +101,18 @@ def _not_at_rest(candidate: Candidate, fit: Fit) -> bool:
     if candidate.kind.name != "offset" or _kind_of_place(candidate) != "output":
         return False
     offset = abs(float(getattr(candidate.effect(), candidate.kind.parameters()[0].name)))
-    return any(_rests(s, AT_REST * offset) for s in _sensors(candidate, fit))
+    return any(_is_at_rest(s, AT_REST * offset) for s in _sensors(candidate, fit))
 
 
-def _rests(sensor: Sensor, near: float) -> bool:
-    """Whether a sensor reads nothing for some time."""
+def _is_at_rest(sensor: Sensor, threshold: float) -> bool:
+    """Return whether a sensor reads zero for some time."""
     count = max(round(REST / sensor.grid.width), 2)
-    quiet: Floats = (sensor.known & (np.abs(sensor.value) < near)).astype(float)
+    quiet: Floats = (sensor.known & (np.abs(sensor.value) < threshold)).astype(float)
     return bool(quiet.size >= count and np.convolve(quiet, np.ones(count), "valid").max() >= count)
 
 
 def _leak_of_a_speed(candidate: Candidate, _: Fit) -> bool:
-    """Tell whether a speed is said to leak: the unit of its rate is one of an acceleration."""
+    """Return whether the leaking quantity is a speed: its rate has the unit of an acceleration."""
     unit = str(getattr(getattr(candidate.kind, "place", None), "unit", ""))
     return candidate.kind.name == "linear_loss" and unit.endswith("/s/s")
 
@@ -122,13 +123,13 @@ def _of_a_computed_input(candidate: Candidate, fit: Fit) -> bool:
     name = candidate.pattern.subject.partition("/")[0].replace("_", " ")
     subsystem = next(iter(fit.model.partition.subsystems))
     return all(
-        _held(record.grid.binned(regressors(fit, subsystem, r)[name]))
+        _mostly_repeated(record.grid.binned(regressors(fit, subsystem, r)[name]))
         for r, record in enumerate(fit.model.records)
     )
 
 
-def _held(bins: Floats) -> bool:
-    """Whether most bins repeat the one before, as no measurement does."""
+def _mostly_repeated(bins: Floats) -> bool:
+    """Return whether most bins repeat the previous value, unlike a measurement."""
     return bool(np.mean(np.abs(np.diff(bins)) <= 1e-9 * np.ptp(bins)) > HELD)
 
 

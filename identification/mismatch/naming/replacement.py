@@ -1,7 +1,7 @@
-"""Effects in the place of numbers that calibration moved far from the file.
+"""Effects that replace parameters moved far from the file by calibration.
 
-The library is screened with those numbers fixed where the file has them. What takes the place of
-their ways must bring a good part of what they brought; then everything is fitted again.
+The library is screened with those parameters fixed at the values of the file. A replacing effect
+must gain a sufficient share of what their deviations gained; then everything is fitted again.
 """
 
 from collections.abc import Sequence
@@ -18,14 +18,15 @@ from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
 REPLACED = 0.2
-"""Share of what numbers far from the file brought, that an effect in their place must bring."""
+"""Share of the gain of parameters far from the file that is required of an effect in their
+place."""
 
 
 @dataclass(frozen=True, eq=False)
 class Replacement:
-    """A fit, the same with its far numbers fixed, and what a screening promises there.
+    """A fit, the same with its far parameters fixed, and the scores of a screening there.
 
-    fits: fits so far, by the name of the effect; None where it does not take their place.
+    fits: cached fits, by the name of the effect; None where it does not replace them.
     """
 
     fit: Fit
@@ -35,11 +36,11 @@ class Replacement:
 
     @property
     def least(self) -> float:
-        """Nats that an effect must bring beside the fixed numbers."""
+        """Gain required of an effect beside the fixed parameters, nats."""
         return REPLACED * (self.fit.score - self.fixed.score)
 
     def fitted(self, score: Score) -> Fit | None:
-        """Return the fit of everything with an effect in their place; None where it is not."""
+        """Return the fit of everything with an effect in their place; None if it does not."""
         name = score.candidate.name
         if name not in self.fits:
             try:
@@ -49,7 +50,7 @@ class Replacement:
         return self.fits[name]
 
     def _fitted(self, score: Score) -> Fit | None:
-        """Fit beside the fixed numbers only until it is known to take their place."""
+        """Fit beside the fixed parameters until the effect gains enough to replace them."""
         effects = (*self.fixed.candidates, score.as_large_as_scored())
         beside = optimize(with_effects(self.fixed, effects))
         for _ in range(2):
@@ -63,7 +64,7 @@ class Replacement:
 def replacement(
     fit: Fit, library: tuple[type[Effect], ...], before: Screening | None = None
 ) -> Replacement | None:
-    """Screen a library with the far numbers of a fit fixed; None where that cannot run.
+    """Screen a library with the far parameters of a fit fixed; None where it cannot be simulated.
 
     before: a screening of another fit of the same recordings.
     """

@@ -1,8 +1,8 @@
-"""Select effects to screen at another fit, by what they changed in the outputs at the first one.
+"""Preselection of effects for a screening at another fit, by their responses at the first one.
 
-What an effect changes depends on the motion. Where parameters moved far between the two fits, the
-changes differ, and the whole library is screened again: with a time constant of 1.7 s in the place
-of 0.5 s, what an elastic belt changed was unlike what it changes.
+The response of an effect depends on the motion. Where parameters moved far between the two fits,
+the responses differ, and the whole library is screened again: at a time constant of 1.7 s in place
+of 0.5 s, an elastic belt had a different response.
 """
 
 from collections.abc import Sequence
@@ -21,52 +21,59 @@ from slipbench.identification.mismatch.naming.signatures import (
 from slipbench.identification.mismatch.naming.traces import Traces
 
 AGAIN = 8
-"""Effects that are screened again, the most promising; no more are fitted."""
+"""Number of the most promising effects that are screened again; no more are fitted."""
 APART = 3
-"""Effects of different directions that are screened again."""
+"""Number of effects of different directions that are screened again."""
 HOLDS = 0.9
-"""Cosine of the old and the new change of an effect, above which the old one is still valid."""
+"""Cosine of the old and the new response of an effect above which the old one is valid."""
 SAMPLE = 16
-"""Effects that are simulated at the new fit to test that."""
+"""Number of effects simulated at the new fit to test validity."""
 MOST_HOLD = 0.75
-"""Least share of valid changes. It was nine in ten at fits of motorcycles, and one in two at most at
-fits of two drives whose time constant is wrong."""
+"""Smallest share of valid responses. It was 90 % at fits of motorcycles, and at most 50 % at fits
+of two subsystems whose time constant is wrong."""
 
 CurveCandidate = tuple[Candidate, Changes]
 
 
 def promising_again(linear: Linearization, traces: Traces, most: int = AGAIN) -> set[str] | None:
-    """Return the names of effects whose changes at another fit explain most of this residual.
+    """Return the names of effects whose earlier responses explain most of this residual.
 
-    None where those changes are no longer valid.
+    None where those responses are no longer valid.
     """
     best = _best_of_each(linear, traces)
-    if not _hold(linear, best):
+    if not _still_valid(linear, best):
         return None
-    then = directions(linear, linear.whitened([change for _, change in best[:BATCH]]))
-    return {best[i][0].name for i in {*range(min(most, len(best))), *different(then, APART)}}
+    earlier_directions = directions(linear, linear.whitened([change for _, change in best[:BATCH]]))
+    return {
+        best[i][0].name
+        for i in {*range(min(most, len(best))), *different(earlier_directions, APART)}
+    }
 
 
 def _best_of_each(linear: Linearization, traces: Traces) -> list[CurveCandidate]:
-    """Return the try of each effect that explains most here, greatest first."""
-    there = {c.name for c in linear.fit.effects}
+    """Return the candidate of each effect that explains most here, largest gain first."""
+    accepted = {c.name for c in linear.fit.effects}
     gains: dict[str, tuple[float, CurveCandidate]] = {}
-    for some in batches(linear, [t for t in traces.tries() if t[0].name not in there]):
-        found = score_tests(
-            linear, linear.whitened([change for _, change in some])
+    for batch in batches(linear, [t for t in traces.tries() if t[0].name not in accepted]):
+        batch_gains = score_tests(
+            linear, linear.whitened([change for _, change in batch])
         ).log_likelihood_gain
-        for one, gain in zip(some, found, strict=True):
+        for one, gain in zip(batch, batch_gains, strict=True):
             name = one[0].name
             if name not in gains or gain > gains[name][0]:
                 gains[name] = (float(gain), one)
     return [one for _, one in sorted(gains.values(), key=lambda t: -t[0])]
 
 
-def _hold(linear: Linearization, tries: Sequence[CurveCandidate]) -> bool:
-    """Return whether most of these change the outputs as they did, by a sample of them."""
-    some = [tries[i] for i in sorted({len(tries) * k // SAMPLE for k in range(SAMPLE)}) if tries]
-    if not some:
+def _still_valid(linear: Linearization, candidates: Sequence[CurveCandidate]) -> bool:
+    """Return whether most of a sample of these responses are unchanged at this fit."""
+    sample = [
+        candidates[i]
+        for i in sorted({len(candidates) * k // SAMPLE for k in range(SAMPLE)})
+        if candidates
+    ]
+    if not sample:
         return True
-    then = directions(linear, linear.whitened([change for _, change in some]))
-    now = directions(linear, linear.effect_responses([candidate for candidate, _ in some]))
-    return float(np.mean(np.einsum("ij,ij->j", then, now) > HOLDS)) >= MOST_HOLD
+    earlier = directions(linear, linear.whitened([change for _, change in sample]))
+    current = directions(linear, linear.effect_responses([candidate for candidate, _ in sample]))
+    return float(np.mean(np.einsum("ij,ij->j", earlier, current) > HOLDS)) >= MOST_HOLD

@@ -1,6 +1,6 @@
-"""Score tests of effects by their signatures, and signatures of different directions.
+"""Score tests of effects by their responses, and responses of different directions.
 
-A signature is the whitened change of all outputs that an effect brings.
+An effect response is the whitened change of all outputs by an effect.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,17 +16,19 @@ from slipbench.plant.signals import Floats
 
 BATCH = 32
 ALIKE = 0.8
-"""Cosine above which two signatures count as one direction: the residual hardly tells them apart."""
+"""Cosine above which two responses count as one direction: the residual hardly distinguishes
+them."""
 
 Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
 class ScoreTests:
-    """Of several signatures, (k,) each, with the nuisances projected out.
+    """Score tests of several responses, (k,) each, with the nuisances projected out.
 
-    hidden: nuisance coordinates that imitate them best, (p, k). whole, energy: sum of squares before
-    and after the projection. amplitude: of least squares. log_likelihood_gain: nats. visible: whether anything remains.
+    hidden: nuisance coordinates that fit them best, (p, k). whole_energy, energy: sum of squares
+    before and after the projection. amplitude: of least squares. log_likelihood_gain: nats.
+    visible: whether the projected response is nonzero.
     """
 
     hidden: Floats
@@ -38,35 +40,35 @@ class ScoreTests:
 
 
 def score_tests(linear: Linearization, columns: Floats) -> ScoreTests:
-    """Test signatures, (rows, k), against the residual."""
-    whole = np.einsum("ij,ij->j", columns, columns)
-    inside, hidden = linear.nuisances.products(columns)
-    energy = whole - np.einsum("ij,ij->j", inside, hidden)
-    push = columns.T @ linear.residuals[: len(columns)]
-    seen = (energy > 1e-9 * np.maximum(whole, 1.0)) & (energy >= 1e-6)
-    amplitude = np.where(seen, push, 0.0) / np.where(seen, energy, 1.0)
+    """Test responses, (rows, k), against the residual."""
+    whole_energy = np.einsum("ij,ij->j", columns, columns)
+    products, hidden = linear.nuisances.products(columns)
+    energy = whole_energy - np.einsum("ij,ij->j", products, hidden)
+    correlation = columns.T @ linear.residuals[: len(columns)]
+    visible = (energy > 1e-9 * np.maximum(whole_energy, 1.0)) & (energy >= 1e-6)
+    amplitude = np.where(visible, correlation, 0.0) / np.where(visible, energy, 1.0)
     gain = 0.5 * energy * np.maximum(amplitude, 0.0) ** 2
-    return ScoreTests(hidden, whole, energy, amplitude, gain, seen)
+    return ScoreTests(hidden, whole_energy, energy, amplitude, gain, visible)
 
 
 def directions(linear: Linearization, columns: Floats) -> Floats:
-    """Return signatures, (rows, k), with the nuisances projected out, each of length one or zero."""
-    off = linear.nuisances.project_out(columns)
-    length = np.sqrt(np.einsum("ij,ij->j", off, off))
-    return np.asarray(off / np.where(length > 0.0, length, 1.0))
+    """Return projected responses of columns (rows, k), each normalized to length one or zero."""
+    projected = linear.nuisances.project_out(columns)
+    length = np.sqrt(np.einsum("ij,ij->j", projected, projected))
+    return np.asarray(projected / np.where(length > 0.0, length, 1.0))
 
 
 def different(directions: Floats, most: int) -> list[int]:
-    """Return indices of the first signatures, (rows, k), that are unlike all before them."""
-    found: list[int] = []
+    """Return indices of the first directions, (rows, k), that differ from all before them."""
+    selected: list[int] = []
     for i, one in enumerate(directions.T):
-        if len(found) < most and np.all(np.abs(directions[:, found].T @ one) < ALIKE):
-            found.append(i)
-    return found
+        if len(selected) < most and np.all(np.abs(directions[:, selected].T @ one) < ALIKE):
+            selected.append(i)
+    return selected
 
 
-def batches(linear: Linearization, tried: Sequence[Item]) -> Iterator[Sequence[Item]]:
-    """Yield as many at a time as have room, signatures of all recordings each."""
+def batches(linear: Linearization, items: Sequence[Item]) -> Iterator[Sequence[Item]]:
+    """Yield batches of items whose responses to all recordings fit into LARGEST elements."""
     count = min(BATCH, max(LARGEST // len(linear.clusters), 1))
-    for first in range(0, len(tried), count):
-        yield tried[first : first + count]
+    for first in range(0, len(items), count):
+        yield items[first : first + count]

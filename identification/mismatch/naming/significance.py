@@ -1,10 +1,11 @@
-"""How certain an accepted effect must be, by what training and held-out recordings say together.
+"""Significance of an accepted effect from training and held-out recordings together.
 
-An effect that acts in few stretches of the training recordings has few to be told from, so that it
-may explain hundreds of nats and not be certain. Held-out recordings, on which nothing was fitted,
-are evidence of their own: there the effect has one amplitude, which is 1 if it is right. The two
-are joined by Fisher's method ("Questions and answers #14", The American Statistician 2 (1948)).
-That training recordings may tell alone, or both together, costs a factor of two.
+An effect that acts in few time segments of the training recordings has few degrees of freedom, so
+that it may gain hundreds of nats and not be significant. Held-out recordings, on which nothing was
+fitted, are independent evidence: there the effect has one amplitude, which is 1 if it is right. The
+two are combined by Fisher's method ("Questions and answers #14", The American Statistician 2
+(1948)). Using the training recordings alone or both together is a choice of two tests, which costs
+a factor of two.
 """
 
 import math
@@ -22,37 +23,37 @@ from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.plant.errors import PlantError
 
 CHOICES = 2
-"""Ways of being certain: by the training recordings, or by both."""
+"""Number of tests: by the training recordings, or by both."""
 DOUBTED = 0.01
-"""p on the training recordings above which no others are asked."""
+"""p on the training recordings above which held-out ones are not used."""
 
 
 @dataclass(frozen=True, eq=False)
 class SignificanceRule:
-    """limit: p that whatever is accepted must stay below. held_out: recordings that join in."""
+    """limit: p that accepted effects must stay below. held_out: recordings, if used."""
 
     limit: float
     held_out: Model | None = None
 
     def holds(self, fit: Fit, number: int) -> bool:
-        """Tell whether effect `number` of a fit is certain."""
+        """Return whether effect `number` of a fit is significant."""
         return self.p(fit, number) < self.limit
 
     def p(self, fit: Fit, number: int) -> float:
-        """One-sided p of an effect, over both ways of being certain."""
-        told = significance(fit, number)
+        """One-sided p of an effect, corrected for both tests."""
+        training = significance(fit, number)
         if self.held_out is None:
-            return told
-        alone = CHOICES * told
-        if alone < self.limit or told > DOUBTED:
+            return training
+        alone = CHOICES * training
+        if alone < self.limit or training > DOUBTED:
             return min(1.0, alone)
         return min(
-            1.0, alone, CHOICES * joined(told, predicted_held_out(fit, number, self.held_out))
+            1.0, alone, CHOICES * joined(training, predicted_held_out(fit, number, self.held_out))
         )
 
 
 def joined(one: float, other: float) -> float:
-    """p of two independent ones together, by Fisher's method; of what is not told (1) the other."""
+    """Combined p of two independent ones by Fisher's method; `one` if the other is 1."""
     if other >= 1.0:
         return one
     product = one * other
@@ -63,37 +64,39 @@ def joined(one: float, other: float) -> float:
 def predicted_held_out(fit: Fit, number: int, held_out: Model) -> float:
     """One-sided p of an effect's amplitude on recordings that it was not fitted to.
 
-    It is taken where the effect is left out, since p is of its not being there. 1 where they would
-    not show it plainly, where they cannot be simulated with it, and where an angle was read off each
-    of them.
+    It is computed at the fit without the effect, since p assumes its absence. 1 if the expected
+    gain is below CONFIRMED, if they cannot be simulated with it, or if a crank phase was estimated
+    in each of them.
     """
-    found = fit.candidates[number]
-    assert isinstance(found, Candidate)
-    if found.kind.unseen_turn:
+    candidate = fit.candidates[number]
+    assert isinstance(candidate, Candidate)
+    if candidate.kind.unseen_turn:
         return 1.0
-    bare = refit_on(_without(fit, number), held_out)
-    with_it = (*bare.point.effects, fit.point.effects[number])
+    without = refit_on(_without(fit, number), held_out)
+    effects = (*without.point.effects, fit.point.effects[number])
     try:
-        trace = change(bare.model, bare.point, with_it, bare.predicted)
+        trace = change(without.model, without.point, effects, without.predicted)
     except PlantError:
         return 1.0
-    course = bare.nuisances.project_out(whiten_and_stack(bare.model, bare.noise, trace))
-    if 0.5 * float(course @ course) < CONFIRMED:
+    response = without.nuisances.project_out(whiten_and_stack(without.model, without.noise, trace))
+    if 0.5 * float(response @ response) < CONFIRMED:
         return 1.0
-    left = bare.nuisances.projected_residuals(bare.whitened_residuals, coordinates_of(bare.point))
-    groups = bare.nuisances.clustered(bare.clusters)
-    return amplitude_p(course, left, groups, _usual(bare, found.placebo))
+    residual = without.nuisances.projected_residuals(
+        without.whitened_residuals, coordinates_of(without.point)
+    )
+    clusters = without.nuisances.clustered(without.clusters)
+    return amplitude_p(response, residual, clusters, _inflation_of(without, candidate.placebo))
 
 
 def _without(fit: Fit, number: int) -> Fit:
     others = tuple(e for i, e in enumerate(fit.point.effects) if i != number)
-    left = tuple(c for i, c in enumerate(fit.candidates) if i != number)
-    return replace(fit, point=replace(fit.point, effects=others), candidates=left)
+    candidates = tuple(c for i, c in enumerate(fit.candidates) if i != number)
+    return replace(fit, point=replace(fit.point, effects=others), candidates=candidates)
 
 
-def _usual(fit: Fit, elsewhere: VarianceInflation | None) -> VarianceInflation:
-    """What is usual for these residuals, or along the road where that is more."""
-    if elsewhere is None:
+def _inflation_of(fit: Fit, placebo: VarianceInflation | None) -> VarianceInflation:
+    """Variance inflation of these residuals, or of the placebo locations if larger."""
+    if placebo is None:
         return fit.variance_inflation
-    inflation = max(fit.variance_inflation.inflation, elsewhere.inflation)
+    inflation = max(fit.variance_inflation.inflation, placebo.inflation)
     return replace(fit.variance_inflation, inflation=inflation)

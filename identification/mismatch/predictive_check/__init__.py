@@ -1,1 +1,1 @@
-"""Posterior predictive check: would the same analysis of simulated recordings answer the same?"""
+"""Posterior predictive check: repeat the analysis on recordings simulated from its result."""

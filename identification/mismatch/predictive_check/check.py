@@ -1,9 +1,10 @@
-"""Can a verdict be trusted on these recordings? Simulate them from the fit, and explain them again.
+"""Posterior predictive check of a verdict: analyse recordings simulated from the accepted fit.
 
-This is a posterior predictive check (Gelman, Meng and Stern, "Posterior predictive assessment of
-model fitness via realized discrepancies", Statistica Sinica 6, 1996) whose discrepancy is the answer
-of the whole analysis: from the drawn parameters to recordings with the inputs and sensors of the recorded ones,
-and back. The same without the effects gives the rate of false alarms.
+The method is that of Gelman, Meng and Stern, "Posterior predictive assessment of model fitness via
+realized discrepancies", Statistica Sinica 6, 1996. The discrepancy is the result of the whole
+analysis: parameters are drawn, recordings are simulated with the measured inputs and the sensors of
+the measured recordings, and these are analysed. Simulations without the effects give the rate of
+false alarms.
 """
 
 from collections.abc import Callable, Iterator
@@ -33,98 +34,106 @@ from slipbench.protocol.errors import is_interrupt
 
 
 class TimeLimitError(Exception):
-    """The time limit ended an analysis."""
+    """The time limit of the check was exceeded during an analysis."""
 
 
 def analyses_of(a: Analysis, count: int) -> int:
-    """Return how many analyses a check makes: where nothing was identified, one kind only."""
-    return (2 if _found(a) else 1) * count
+    """Return the number of analyses of a check: 2 count, or count if no mismatch was identified."""
+    return (2 if _has_simulable_mismatch(a) else 1) * count
 
 
 def checked(a: Analysis, count: int, say: Say) -> Verdict:
-    """Verdict of an analysis, with its check where it is complete. count: 0: no check."""
-    found = verdict(a)
-    if not count or not found.complete:
-        return found
-    return replace(found, check=check(a, found, Order(count), say))
+    """Return the verdict of an analysis, with a check if it is complete. count: 0: no check."""
+    result = verdict(a)
+    if not count or not result.complete:
+        return result
+    return replace(result, check=check(a, result, Order(count), say))
 
 
 def check(a: Analysis, first: Verdict, order: Order, say: Say = lambda _: None) -> Check:
-    """Simulate the recordings of a complete analysis and explain them again.
+    """Simulate the recordings of a complete analysis and analyse them again.
 
-    Sets with and without the effects take turns, so that an early end (Ctrl-C, the time limit)
-    keeps some of both; an analysis that it cuts off is not counted.
+    Sets with and without the effects alternate, so that an early stop (Ctrl-C, the time limit)
+    keeps results of both; an interrupted analysis is not counted.
     """
-    wanted = answer_of(a, first)
-    found, begun = Counts(wanted.names), order.clock()
+    reference = answer_of(a, first)
+    counts, start = Counts(reference.names), order.clock()
 
-    def watched(words: str) -> None:
-        if order.limit is not None and order.clock() - begun > order.limit:
+    def report_within_limit(message: str) -> None:
+        if order.limit is not None and order.clock() - start > order.limit:
             raise TimeLimitError
-        say(words)
+        say(message)
 
-    ended = COMPLETE
+    end_reason = COMPLETE
     try:
-        for words, work in _work(a, wanted, order, found):
-            watched(words)
-            work(partial(_with, watched, words))
+        for message, task in _tasks(a, reference, order, counts):
+            report_within_limit(message)
+            task(partial(_report_step, report_within_limit, message))
     except TimeLimitError:
-        ended = OUT_OF_TIME
+        end_reason = OUT_OF_TIME
     except KeyboardInterrupt:
-        ended = INTERRUPTED
-    return found.result(order, order.clock() - begun, ended)
+        end_reason = INTERRUPTED
+    return counts.result(order, order.clock() - start, end_reason)
 
 
-def _with(say: Say, words: str, step: str) -> None:
-    say(f"{words}: {step}")
+def _report_step(say: Say, message: str, step: str) -> None:
+    say(f"{message}: {step}")
 
 
-def _found(a: Analysis) -> bool:
-    """Tell whether something was identified that can be simulated: effects, or a free curve."""
+def _has_simulable_mismatch(a: Analysis) -> bool:
+    """Return whether an accepted effect or free curve exists that can be simulated."""
     fit = accepted(a)
     return bool(fit.candidates or fit.model.injected)
 
 
-def _work(
-    a: Analysis, wanted: Answer, order: Order, found: Counts
+def _tasks(
+    a: Analysis, reference: Answer, order: Order, counts: Counts
 ) -> Iterator[tuple[str, Callable[[Say], None]]]:
-    """Yield what is to be done: words for it, and the work."""
+    """Yield the analyses to do: a label and a function that runs the analysis."""
     for number in range(1, order.count + 1):
-        told = f"Check {number} of {order.count}"
-        if _found(a):
-            yield f"{told}, with effects", partial(_repeat, a, wanted, order, number, found)
-        yield f"{told}, without effects", partial(_alarm, a, order, number, found)
+        label = f"Check {number} of {order.count}"
+        if _has_simulable_mismatch(a):
+            yield (
+                f"{label}, with effects",
+                partial(_analyse_with_effects, a, reference, order, number, counts),
+            )
+        yield (
+            f"{label}, without effects",
+            partial(_analyse_without_effects, a, order, number, counts),
+        )
 
 
-def _repeat(
-    a: Analysis, wanted: Answer, order: Order, number: int, found: Counts, say: Say
+def _analyse_with_effects(
+    a: Analysis, reference: Answer, order: Order, number: int, counts: Counts, say: Say
 ) -> None:
-    if (made := _simulated(a, order, number, True, found)) is not None:
-        replica, truth = made
-        again = _explained(replica, order, found.failures, say)
-        found.again.append(compared(wanted, again, truth))
+    if (simulation := _simulate(a, order, number, True, counts)) is not None:
+        replica, truth = simulation
+        repeated = _analyse(replica, order, counts.failures, say)
+        counts.again.append(compared(reference, repeated, truth))
 
 
-def _alarm(a: Analysis, order: Order, number: int, found: Counts, say: Say) -> None:
-    if (made := _simulated(a, order, number, False, found)) is not None:
-        again = _explained(made[0], order, found.failures, say)
-        found.alarms.append(bool(again.verdict.mismatch) or bool(again.names))
+def _analyse_without_effects(
+    a: Analysis, order: Order, number: int, counts: Counts, say: Say
+) -> None:
+    if (simulation := _simulate(a, order, number, False, counts)) is not None:
+        repeated = _analyse(simulation[0], order, counts.failures, say)
+        counts.alarms.append(bool(repeated.verdict.mismatch) or bool(repeated.names))
 
 
-def _simulated(
-    a: Analysis, order: Order, number: int, with_effects: bool, found: Counts
+def _simulate(
+    a: Analysis, order: Order, number: int, with_effects: bool, counts: Counts
 ) -> tuple[Analysis, dict[str, Effect]] | None:
-    """Return a simulated set; None, and the failure noted, where it cannot be simulated."""
+    """Return a simulated set and its effects; None if the simulation fails, which is recorded."""
     rng = np.random.default_rng((order.seed, number, int(with_effects)))
     try:
         return simulated(a, rng, with_effects)
     except PlantError as fault:
-        found.failures.append(described("simulation", fault))
+        counts.failures.append(described("simulation", fault))
         return None
 
 
-def _explained(a: Analysis, order: Order, failures: list[str], say: Say) -> Answer:
-    """Return the answer for a simulated set; one that fails counts, without an answer."""
+def _analyse(a: Analysis, order: Order, failures: list[str], say: Say) -> Answer:
+    """Return the result for a simulated set; a failed analysis counts as one without a result."""
     try:
         analyse(a, order.library, say, until=CONCLUDED)
     except (TimeLimitError, KeyboardInterrupt):

@@ -1,4 +1,4 @@
-"""A system drawn from the posterior of a fit, as the normal distribution about it."""
+"""Draw a system from the posterior of a fit, in normal approximation."""
 
 from dataclasses import replace
 
@@ -12,27 +12,27 @@ from slipbench.identification.mismatch.fit.sensitivity import coordinates_of
 from slipbench.plant.signals import Floats
 
 SHARES = (1.0, 0.5, 0.0)
-"""Of a step away from the fit; shorter ones where the simulation cannot follow."""
+"""Fractions of a drawn step; the smaller ones where the simulation fails at the full step."""
 
 
 def drawn(a: Analysis, rng: np.random.Generator) -> tuple[Fit, Fit | None]:
-    """Draw parameters, effects and the slow unknown: training and held-out.
+    """Draw parameters, effects and the slow disturbance: training and held-out fit.
 
-    A free curve that stands for the effects is taken as it was fitted: its knots have no posterior.
+    A free curve that replaces the effects is not drawn: its knots have no posterior.
     """
     fit, held_out = accepted(a), a.proof[2] if a.proof else None
     if a.free is None or fit is not a.free.fit:
-        fit = _moved(fit, rng)
+        fit = _displaced(fit, rng)
     if held_out is None:
         return fit, None
     system = fit.model.at(fit.point)
     model = replace(held_out.model, system=system)
-    beside = _moved(held_out, rng)
-    return fit, replace(beside, model=model)
+    drawn_held_out = _displaced(held_out, rng)
+    return fit, replace(drawn_held_out, model=model)
 
 
 def bare(fit: Fit, held_out: Fit | None) -> tuple[Fit, Fit | None]:
-    """Take what was found away; parameters and slow unknowns stay."""
+    """Remove effects and free curves from both fits; parameters and slow disturbances stay."""
     model = replace(fit.model, injected=())
     fit = replace(fit, model=model, point=replace(fit.point, effects=()), candidates=())
     if held_out is None:
@@ -41,19 +41,19 @@ def bare(fit: Fit, held_out: Fit | None) -> tuple[Fit, Fit | None]:
     return fit, replace(held_out, model=model)
 
 
-def _moved(fit: Fit, rng: np.random.Generator) -> Fit:
-    step = _step(fit, rng)
+def _displaced(fit: Fit, rng: np.random.Generator) -> Fit:
+    step = _posterior_step(fit, rng)
     z = coordinates_of(fit.point)
     low, high = limits_of(fit, z, np.inf)
-    for share in SHARES:
-        dz = np.clip(share * step[: z.size], low - z, high - z)
-        if (new := there(fit, dz, share * step[z.size :])) is not None:
-            return new
+    for fraction in SHARES:
+        step_in_bounds = np.clip(fraction * step[: z.size], low - z, high - z)
+        if (displaced := there(fit, step_in_bounds, fraction * step[z.size :])) is not None:
+            return displaced
     return fit
 
 
-def _step(fit: Fit, rng: np.random.Generator) -> Floats:
-    """Draw a step, coordinates first, then dials, from the inverse of the normal matrix."""
+def _posterior_step(fit: Fit, rng: np.random.Generator) -> Floats:
+    """Draw a step, (p,), from N(0, inverse normal matrix): coordinates, then effect parameters."""
     columns = fit.nuisances.columns
     weights = np.ones(columns.shape[1])
     if fit.candidates:

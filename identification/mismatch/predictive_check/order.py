@@ -1,4 +1,4 @@
-"""What a check has to do: how many simulated sets of recordings, in which time."""
+"""Settings of a check: number of simulated sets of recordings, seed and time limit."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ COUNT, SEED = 10, 1
 
 @dataclass(frozen=True)
 class Order:
-    """What is to be checked. count: simulated sets of recordings of each kind.
+    """Settings of a check. count: simulated sets with effects, and as many without.
 
-    limit: of the wall time, s; None: none. library: effects to look for; None: all. clock: s.
+    limit: of the wall time, s; None: none. library: candidate effects; None: all. clock: s.
     """
 
     count: int = COUNT

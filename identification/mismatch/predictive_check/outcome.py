@@ -1,4 +1,4 @@
-"""Whether two verdicts give the same answer."""
+"""Compare the results of two analyses."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,10 +15,11 @@ UNKNOWN = "unknown effect"
 
 @dataclass(frozen=True)
 class Compared:
-    """An answer beside the one that is checked.
+    """Result of a repeated analysis, compared with the result that is checked.
 
-    place: the same, or that of an effect which cannot be told apart from an accepted one. effects: of the accepted ones, named again or not. inside, intervals: how many intervals contain
-    the simulated parameter, of how many.
+    same: the same effects, or indistinguishable ones. place: the same injection points, or those of
+    indistinguishable effects. effects: whether each accepted effect was named again. inside:
+    number of intervals that contain the simulated parameter; intervals: number of all intervals.
     """
 
     names: tuple[str, ...]
@@ -30,80 +31,82 @@ class Compared:
 
 
 def key_of(effect: FoundEffect) -> str:
-    """Name of an effect with its subject."""
+    """Return the name of an effect with its subject."""
     return f"{effect.name}.{effect.subject}" if effect.subject else effect.name
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What an analysis concluded, and the places where what it found acts."""
+    """Verdict of an analysis, and the injection points of its effects or its free curve."""
 
     verdict: Verdict
     places: frozenset[str]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the accepted effects; UNKNOWN for a mismatch without a sufficient name."""
-        found = self.verdict
-        if found.mismatch and (found.unknown or not found.effects):
+        """Names of the accepted effects; UNKNOWN for a mismatch that no effect explains."""
+        result = self.verdict
+        if result.mismatch and (result.unknown or not result.effects):
             return (UNKNOWN,)
-        return tuple(key_of(e) for e in found.effects)
+        return tuple(key_of(e) for e in result.effects)
 
 
 def answer_of(a: Analysis, verdict: Verdict) -> Answer:
-    """Answer of an analysis: where its effects act, or where a free curve does."""
+    """Return the result of an analysis, with the places where its effects or its curve act."""
     if verdict.effects and a.named is not None:
         patterns = [c.pattern for c in a.named.fit.effects]
         places = (a.system.acts_at(p) or p.subject.partition("/")[0] for p in patterns)
         return Answer(verdict, frozenset(places))
-    where = verdict.location
-    return Answer(verdict, frozenset([where.injection] if where and verdict.mismatch else []))
+    location = verdict.location
+    return Answer(verdict, frozenset([location.injection] if location and verdict.mismatch else []))
 
 
 def compared(first: Answer, again: Answer, truth: Mapping[str, Effect]) -> Compared:
-    """Compare an answer with the one that is checked. truth: simulated effects by name."""
+    """Compare a repeated result with the first one. truth: simulated effects by name."""
     classes = (*first.verdict.equivalents, *again.verdict.equivalents)
-    inside, intervals = _inside(again.verdict, truth)
+    contained, intervals = _count_inside(again.verdict, truth)
     same = _matches(first.names, again.names, classes)
-    by_another = same and set(first.names) != set(again.names)
+    under_other_names = same and set(first.names) != set(again.names)
     return Compared(
         again.names,
         same,
-        by_another or first.places == again.places,
+        under_other_names or first.places == again.places,
         {n: any(alike(n, other, classes) for other in again.names) for n in first.names},
-        inside,
+        contained,
         intervals,
     )
 
 
 def alike(one: str, other: str, classes: Sequence[Sequence[str]]) -> bool:
-    """Tell whether two names are one, or in one class that recordings cannot tell apart."""
-    return one == other or any({one, other} <= _members(names) for names in classes)
+    """Return whether two names are equal, or in one class of indistinguishable names."""
+    return one == other or any({one, other} <= _single_names(names) for names in classes)
 
 
-def _members(names: Sequence[str]) -> set[str]:
-    """Single names of a class; of a pair that was named at once, the one that others replace."""
+def _single_names(names: Sequence[str]) -> set[str]:
+    """Return the single names of a class; of a pair "a + b", the second, which others replace."""
     return {name.rpartition(" + ")[2] for name in names}
 
 
-def _matches(wanted: Sequence[str], named: Sequence[str], classes: Sequence[Sequence[str]]) -> bool:
-    return len(wanted) == len(named) and any(
-        all(alike(a, b, classes) for a, b in zip(wanted, order, strict=True))
-        for order in permutations(named)
+def _matches(
+    expected: Sequence[str], identified: Sequence[str], classes: Sequence[Sequence[str]]
+) -> bool:
+    return len(expected) == len(identified) and any(
+        all(alike(a, b, classes) for a, b in zip(expected, permutation, strict=True))
+        for permutation in permutations(identified)
     )
 
 
-def _inside(again: Verdict, truth: Mapping[str, Effect]) -> tuple[int, int]:
-    told = [
+def _count_inside(again: Verdict, truth: Mapping[str, Effect]) -> tuple[int, int]:
+    estimates = [
         (p, float(getattr(truth[key_of(e)], p.name)))
         for e in again.effects
         if key_of(e) in truth
         for p in e.parameters
         if p.high > p.low
     ]
-    return sum(p.low <= value <= p.high for p, value in told), len(told)
+    return sum(p.low <= true_value <= p.high for p, true_value in estimates), len(estimates)
 
 
 def simulated_effects(fit: Fit) -> dict[str, Effect]:
-    """Effects that a simulation contained beside those of its file, by name."""
+    """Return the effects of a simulation that its file does not contain, by name."""
     return {c.name: c.effect() for c in fit.candidates if isinstance(c, Candidate)}

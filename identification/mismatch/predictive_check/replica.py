@@ -1,4 +1,4 @@
-"""Recordings simulated from the accepted fit of an analysis, as a new analysis."""
+"""Simulate the recordings of an analysis from its accepted fit."""
 
 import numpy as np
 
@@ -13,14 +13,16 @@ from slipbench.plant.effects.effect import Effect
 def simulated(
     a: Analysis, rng: np.random.Generator, with_effects: bool
 ) -> tuple[Analysis, dict[str, Effect]]:
-    """A new analysis of recordings simulated from the accepted fit, and the effects in them."""
+    """Return a new analysis of simulated recordings, and the simulated effects by name."""
     noise = noise_like(accepted(a), rng)
-    beside = noise_like(a.proof[2], rng) if a.proof else []
+    held_out_noise = noise_like(a.proof[2], rng) if a.proof else []
     fit, held_out = drawn(a, rng)
     if not with_effects:
         fit, held_out = bare(fit, held_out)
     training = replicated(fit.model, fit.point, noise, a.training.records)
-    proof = []
+    held_out_records = []
     if held_out is not None and a.held_out is not None:
-        proof = replicated(held_out.model, held_out.point, beside, a.held_out.records)
-    return begin(a.system, training, proof), simulated_effects(fit)
+        held_out_records = replicated(
+            held_out.model, held_out.point, held_out_noise, a.held_out.records
+        )
+    return begin(a.system, training, held_out_records), simulated_effects(fit)

@@ -1,23 +1,23 @@
-"""Wall time of an analysis and of its check: what a user waits for."""
+"""Wall time of an analysis and of its check."""
 
 import time
 
 SLACK = 2.0
-"""Times the expected duration that a check may take where no limit is given."""
+"""Default time limit of a check over its expected duration."""
 LEAST = 30.0
-"""Limit of the shortest check, s."""
+"""Smallest default time limit of a check, s."""
 
 
 def seconds() -> float:
-    """Wall time since some instant, s."""
+    """Return the monotonic wall time, s."""
     return time.monotonic()
 
 
 def limit_of(expected: float, minutes: float | None) -> float:
-    """Limit of a check, s. expected: s; minutes: requested limit; None: twice what is expected."""
+    """Return the time limit of a check, s. expected: s; minutes: requested; None: the default."""
     return max(SLACK * expected, LEAST) if minutes is None else 60.0 * minutes
 
 
 def duration(expected: float) -> str:
-    """A duration in words. expected: s."""
+    """Return a duration in words. expected: s."""
     return f"{expected:.0f} s" if expected < 90.0 else f"{expected / 60.0:.0f} min"

@@ -21,46 +21,46 @@ CONDITION = (
 
 
 def check_lines(verdict: Verdict) -> Iterator[str]:
-    """Yield the result of the check in sentences; none where nothing was checked."""
+    """Yield the result of the check in sentences; nothing without a check."""
     check = verdict.check
     if check is None:
         return
-    nothing = not verdict.mismatch
-    if not nothing and not check.same.of:
+    no_mismatch = not verdict.mismatch
+    if not no_mismatch and not check.same.of:
         yield NO_MODEL if check.false_alarms.of else NOTHING_DONE
-    elif not nothing:
-        yield _same(check, verdict.unknown)
+    elif not no_mismatch:
+        yield _same_result(check, verdict.unknown)
         yield from _details(check)
     if check.false_alarms.of:
         yield _false_alarms(check)
-        yield _conclusion(check, nothing)
+        yield _conclusion(check, no_mismatch)
     if check.failures:
         yield f"Simulations or analyses that failed: {len(check.failures)}, first: {check.failures[0]}."
     yield f"{_extent(check)} {CONDITION}"
 
 
-def _same(check: Check, unknown: bool) -> str:
-    what = "again no name was sufficient" if unknown else "the same effects were named"
+def _same_result(check: Check, unknown: bool) -> str:
+    result = "again no name was sufficient" if unknown else "the same effects were named"
     return (
-        f"On {_sets(check.same)} simulated from the accepted model {what} in {_rate(check.same)}."
+        f"On {_sets(check.same)} simulated from the accepted model {result} in {_rate(check.same)}."
     )
 
 
 def _details(check: Check) -> Iterator[str]:
     yield f"Same place: {_rate(check.place)} of {check.place.of}."
     if len(check.effects) > 1:
-        each = "; ".join(f"{n}: {_rate(r)} of {r.of}" for n, r in check.effects.items())
-        yield f"Each effect, or one that is indistinguishable from it: {each}."
+        rates = "; ".join(f"{n}: {_rate(r)} of {r.of}" for n, r in check.effects.items())
+        yield f"Each effect, or one that is indistinguishable from it: {rates}."
     if check.inside.of:
         yield (
             f"Intervals that contain the simulated parameter: {_rate(check.inside)} of"
             f" {check.inside.of}; stated: {100 * CONFIDENCE:.0f} %, where the set of effects is the right one."
         )
     if check.answers:
-        others = "; ".join(
+        other_results = "; ".join(
             f"{', '.join(a.names) or 'no mismatch'} ({a.count})" for a in check.answers
         )
-        yield f"Other answers: {others}."
+        yield f"Other answers: {other_results}."
 
 
 def _false_alarms(check: Check) -> str:
@@ -71,17 +71,17 @@ def _false_alarms(check: Check) -> str:
     )
 
 
-def _conclusion(check: Check, nothing: bool) -> str:
-    told = "" if nothing or not check.same.of else f"{_repeatable(check.same)} "
+def _conclusion(check: Check, no_mismatch: bool) -> str:
+    conclusion = "" if no_mismatch or not check.same.of else f"{_repeatability(check.same)} "
     low, high = check.false_alarms.interval
     if low > FALSE_ALARMS:
-        return f"{told}False alarms are more frequent than stated."
+        return f"{conclusion}False alarms are more frequent than stated."
     if high <= FALSE_ALARMS:
-        return f"{told}False alarms are as rare as stated."
-    return f"{told}The rate of false alarms is compatible with the stated one."
+        return f"{conclusion}False alarms are as rare as stated."
+    return f"{conclusion}The rate of false alarms is compatible with the stated one."
 
 
-def _repeatable(same: Rate) -> str:
+def _repeatability(same: Rate) -> str:
     low, high = same.interval
     if low > REPEATABLE:
         return "Conclusion: the verdict is repeatable on recordings like these."
@@ -100,6 +100,6 @@ def _rate(rate: Rate) -> str:
 
 
 def _extent(check: Check) -> str:
-    done = check.same.of + check.false_alarms.of
-    ended = "" if check.ended == COMPLETE else f", ended early ({check.ended})"
-    return f"{done} analys{'is' if done == 1 else 'es'} in {check.seconds:.0f} s, seed {check.seed}{ended}."
+    count = check.same.of + check.false_alarms.of
+    early_end = "" if check.ended == COMPLETE else f", ended early ({check.ended})"
+    return f"{count} analys{'is' if count == 1 else 'es'} in {check.seconds:.0f} s, seed {check.seed}{early_end}."

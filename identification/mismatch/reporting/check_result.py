@@ -1,4 +1,4 @@
-"""Result of the posterior predictive check: how often the same analysis answers the same."""
+"""Result of the posterior predictive check: how often a repeated analysis agrees."""
 
 from dataclasses import dataclass, field
 
@@ -7,30 +7,30 @@ from scipy import stats
 CONFIDENCE = 0.95
 COMPLETE, INTERRUPTED, OUT_OF_TIME = "complete", "interrupted", "time limit"
 REPEATABLE = 0.5
-"""Rate of the same answer which the interval must exceed, or stay below, for a conclusion."""
+"""Rate of equal results that the interval must exceed, or stay below, for a conclusion."""
 FALSE_ALARMS = 0.05
-"""Stated rate of false alarms (see fit/scatter.py)."""
+"""Stated rate of false alarms (see fit/variance_inflation.py)."""
 
 
 @dataclass(frozen=True)
 class Rate:
-    """How often something happened: count, of so many."""
+    """Relative frequency: count of events in `of` trials."""
 
     count: int
     of: int
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Interval of the rate, 95 %, by Clopper and Pearson (1934); 0 to 1 where nothing is known."""
+        """95 % interval of the rate by Clopper and Pearson (1934); 0 to 1 without trials."""
         if not self.of:
             return 0.0, 1.0
-        found = stats.binomtest(self.count, self.of).proportion_ci(CONFIDENCE, "exact")
-        return float(found.low), float(found.high)
+        exact = stats.binomtest(self.count, self.of).proportion_ci(CONFIDENCE, "exact")
+        return float(exact.low), float(exact.high)
 
 
 @dataclass(frozen=True)
 class OtherAnswer:
-    """What an analysis of simulated recordings identified instead, and in how many of them."""
+    """A different result of analyses of simulated recordings, and the number of such analyses."""
 
     names: tuple[str, ...]
     count: int
@@ -40,11 +40,11 @@ class OtherAnswer:
 class Check:
     """Rates over simulated sets of recordings.
 
-    requested: of each kind, with and without the effects. seconds: wall time; limit: of it, s; None: none.
-    same: the same answer; place: at the same place; effects: each accepted effect, or one that
-    cannot be told apart from it; inside: intervals that contain the simulated parameter;
-    false_alarms: something identified where the effects were left out. failures: analyses that
-    failed; they count as another answer.
+    requested: sets with the effects, and as many without. seconds: wall time; limit: of it, s;
+    None: none. same: the same result; place: the same place; effects: each accepted effect, or an
+    indistinguishable one; inside: intervals that contain the simulated parameter; false_alarms:
+    mismatch detected in simulations without effects. failures: errors of failed analyses, which
+    count as different results.
     """
 
     seed: int
@@ -62,12 +62,12 @@ class Check:
 
 
 def rate_tree(rate: Rate) -> dict[str, object]:
-    """Return a rate as verdict.json has it."""
+    """Return a rate in the form of verdict.json."""
     return {"count": rate.count, "of": rate.of, "interval": list(rate.interval)}
 
 
 def check_tree(check: Check) -> dict[str, object]:
-    """Return a check as verdict.json has it."""
+    """Return a check in the form of verdict.json."""
     rates = ("same", "place", "inside", "false_alarms")
     return {
         "seed": check.seed,

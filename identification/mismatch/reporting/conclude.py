@@ -1,4 +1,4 @@
-"""From an analysis to its verdict, however far it came."""
+"""Conclude the verdict of an analysis, also of an incomplete one."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -48,11 +48,11 @@ from slipbench.identification.mismatch.simulation.system import System
 
 
 def verdict(a: Analysis) -> Verdict:
-    """Result of an analysis, however far it came.
+    """Return the verdict of an analysis, also of an incomplete one.
 
-    Where a part of it cannot be concluded, what is known without that part, and the failure.
+    If the conclusion fails, return the verdict without the named effects, and the failure.
     """
-    for conclude in (_full,) * (a.named is not None) + (_early,):
+    for conclude in (_complete_verdict,) * (a.named is not None) + (_partial_verdict,):
         try:
             return replace(
                 conclude(a),
@@ -60,45 +60,45 @@ def verdict(a: Analysis) -> Verdict:
                 complete=a.complete and not a.failure,
                 written=a.system.written,
             )
-        except Exception as fault:  # what was found before must not be lost with it
-            a.failure = a.failure or described("conclusion", fault)
+        except Exception as error:  # keep the earlier results
+            a.failure = a.failure or described("conclusion", error)
     return Verdict(None, None, left_out=_left_out(a), complete=False, failure=a.failure)
 
 
-def _early(a: Analysis) -> Verdict:
-    """Result before effects were selected: no mismatch is concluded from part of the tests."""
+def _partial_verdict(a: Analysis) -> Verdict:
+    """Return the verdict before effects are selected: mismatch is detected or undecided."""
     if not a.before:
         return Verdict(None, None, left_out=_left_out(a))
-    p = _least(a.before)
-    where = _location(a, where_found(a), a.when)
-    return Verdict(True if p < FAMILY else None, p, where, left_out=_left_out(a))
+    p_value = _smallest_p(a.before)
+    location = _location(a, where_found(a), a.when)
+    return Verdict(True if p_value < FAMILY else None, p_value, location, left_out=_left_out(a))
 
 
-def _full(a: Analysis) -> Verdict:
-    """Result with selected effects."""
+def _complete_verdict(a: Analysis) -> Verdict:
+    """Return the verdict with the selected effects."""
     assert a.named is not None
-    doubt = unexplained(a)
-    effects = () if doubt else tuple(_effects(a.named))
-    along = effects[0].regressor if effects else ""
-    left = (a.after if a.named.names else a.before) if doubt else a.before
-    p = min(a.named.p, _least(a.before))
+    unknown = unexplained(a)
+    effects = () if unknown else tuple(_effects(a.named))
+    regressor = effects[0].regressor if effects else ""
+    curves = (a.after if a.named.names else a.before) if unknown else a.before
+    p = min(a.named.p, _smallest_p(a.before))
     return Verdict(
         mismatch=p < FAMILY,
         p_value=p,
-        location=(where := _place(a, left, doubt, along)),
-        suspected=None if where else _suspected(a),
+        location=(location := _conclude_location(a, curves, unknown, regressor)),
+        suspected=None if location else _suspected(a),
         effects=effects,
-        unknown=doubt,
-        shape=_shape(a, where_found(a) or left[0]) if doubt and left else "",
-        remains=_remains(a) if not doubt else None,
+        unknown=unknown,
+        shape=_shape(a, where_found(a) or curves[0]) if unknown and curves else "",
+        remains=_remains(a) if not unknown else None,
         curve=_curve(a.free),
-        equivalents=tuple(equivalents(a.named)) if not doubt else (),
+        equivalents=tuple(equivalents(a.named)) if not unknown else (),
         rivals=a.named.competing,
-        doubts={} if doubt else _doubts(a.named),
+        doubts={} if unknown else _doubts(a.named),
         not_excited=tuple(not_excited(a.named)),
         not_told=tuple(not_told(a.named.fit)),
-        far=_far(a.named.fit if effects else a.named.base),
-        next_trial=_proposed(a),
+        far=_far_parameters(a.named.fit if effects else a.named.base),
+        next_trial=_next_trial(a),
         improvement=_improvement(a),
         vetoes=tuple(a.vetoes),
         held_out=tuple(a.errors),
@@ -111,13 +111,13 @@ def _full(a: Analysis) -> Verdict:
 
 
 def _doubts(named: Named) -> dict[str, str]:
-    """Say what speaks beforehand against names that cannot be told apart."""
-    tied = {name for names in equivalents(named) for name in names}
-    return {name: why for name, why in named.doubts.items() if name in tied}
+    """Return the prior doubts about names that are indistinguishable."""
+    equivalent = {name for names in equivalents(named) for name in names}
+    return {name: doubt for name, doubt in named.doubts.items() if name in equivalent}
 
 
 def _improvement(a: Analysis) -> Improvement | None:
-    """Compare, on held-out recordings, the re-calibrated system and the one that stands."""
+    """Compare the re-calibrated and the accepted system on the held-out recordings."""
     if not a.proof or a.base is None or accepted(a) is a.base:
         return None
     return improvement(*a.proof[1:])
@@ -125,32 +125,39 @@ def _improvement(a: Analysis) -> Improvement | None:
 
 def _left_out(a: Analysis) -> tuple[str, ...]:
     records = (*a.training.records, *(a.held_out.records if a.held_out else ()))
-    told = [f"{r.name}: {w}" for r in records for w in (*r.left_out, *r.notes)]
+    messages = [f"{r.name}: {reason}" for r in records for reason in (*r.left_out, *r.notes)]
     note = step_note(accepted(a)) if a.base is not None and a.named is not None else ""
-    return (*told, *([note] if note else []))
+    return (*messages, *([note] if note else []))
 
 
-def _proposed(a: Analysis) -> Mapping[str, Any] | None:
+def _next_trial(a: Analysis) -> Mapping[str, Any] | None:
     if a.proposal is None:
         return None
-    why, choice = a.proposal
-    return {"why": why, "trial": dict(a.system.trial(choice, "next_trial", "vehicle.toml"))}
+    reason, trial = a.proposal
+    return {"why": reason, "trial": dict(a.system.trial(trial, "next_trial", "vehicle.toml"))}
 
 
-def _least(curves: Sequence[Curve]) -> float:
+def _smallest_p(curves: Sequence[Curve]) -> float:
     return min((c.p for c in curves), default=1.0)
 
 
-def _location(a: Analysis, c: Curve | None, when: OperatingRegion | None = None) -> Location | None:
-    if c is None:
+def _location(
+    a: Analysis, curve: Curve | None, when: OperatingRegion | None = None
+) -> Location | None:
+    if curve is None:
         return None
-    where = Location(
-        c.block, c.place, c.regressor, _shape(a, c), c.log_likelihood_gain, c.confirmed
+    location = Location(
+        curve.block,
+        curve.place,
+        curve.regressor,
+        _shape(a, curve),
+        curve.log_likelihood_gain,
+        curve.confirmed,
     )
     if when is None:
-        return where
+        return location
     return replace(
-        where,
+        location,
         band=when.band,
         region=when.region,
         direction=when.direction,
@@ -165,54 +172,59 @@ def _shape(a: Analysis, curve: Curve) -> str:
 
 
 def in_written_units(curve: Curve, system: System) -> tuple[Curve, str]:
-    """Curve in the units of the system's file, and the unit of its quantity."""
+    """Return a curve in the units of the system's file, and the unit of its regressor."""
     quantity = quantity_of(curve.regressor)
     x, unit = system.written.factor(system.units.get(quantity, ""), quantity)
-    y, of_values = system.written.factor(curve.unit, curve.place)
+    y, value_unit = system.written.factor(curve.unit, curve.place)
     if curve.kind == PAST:
-        return replace(curve, values=y / x * curve.values, unit=of_values), unit
+        return replace(curve, values=y / x * curve.values, unit=value_unit), unit
     if curve.kind == HYSTERESIS:
         scaled = replace(curve, knots=x * curve.knots, values=y / x * curve.values)
-        return replace(scaled, unit=of_values), unit
+        return replace(scaled, unit=value_unit), unit
     if curve.kind == SCALE:
         return replace(curve, knots=x * curve.knots), unit
     if curve.kind == TURN:
-        return replace(curve, values=y * curve.values, unit=of_values), "rad"
-    return replace(curve, knots=x * curve.knots, values=y * curve.values, unit=of_values), unit
+        return replace(curve, values=y * curve.values, unit=value_unit), "rad"
+    return replace(curve, knots=x * curve.knots, values=y * curve.values, unit=value_unit), unit
 
 
-def _place(a: Analysis, left: Sequence[Curve], doubt: bool, along: str) -> Location | None:
-    """Where it acts: as the names that stand tell, or as the free curves alone do.
+def _conclude_location(
+    a: Analysis, curves: Sequence[Curve], unknown: bool, regressor: str
+) -> Location | None:
+    """Return where the mismatch acts: by the accepted effects, or else by the free curves.
 
-    What a free curve imitates best may sit at the next seam; a name that explains all knows.
-    along: the regressor of the first of these names.
+    The accepted effects have priority, since the best free curve may act at an adjacent place.
+    regressor: of the first accepted effect.
     """
     assert a.named is not None
-    seen = _location(a, where_found(a), a.when)
-    told = None if doubt else _of_the_named(a.system, a.named, along)
-    if told is None:
-        first = left[0] if doubt and left and left[0].certain else None
-        return seen or _location(a, first)
-    if seen is None:
-        return told
-    if seen.injection == told.injection and seen.regressor == (along or seen.regressor):
-        return seen
+    localized = _location(a, where_found(a), a.when)
+    of_effects = None if unknown else _location_of_effects(a.system, a.named, regressor)
+    if of_effects is None:
+        significant = curves[0] if unknown and curves and curves[0].certain else None
+        return localized or _location(a, significant)
+    if localized is None:
+        return of_effects
+    if localized.injection == of_effects.injection and localized.regressor == (
+        regressor or localized.regressor
+    ):
+        return localized
     shape = (
-        f"{told.shape}; localized without the library at {seen.injection} along {seen.regressor}"
+        f"{of_effects.shape}; localized without the library at {localized.injection}"
+        f" along {localized.regressor}"
     )
     return replace(
-        seen,
-        block=told.block,
-        injection=told.injection,
-        regressor=along,
+        localized,
+        block=of_effects.block,
+        injection=of_effects.injection,
+        regressor=regressor,
         shape=shape,
-        gain=told.gain,
-        confirmed=seen.confirmed,
+        gain=of_effects.gain,
+        confirmed=localized.confirmed,
     )
 
 
 def _suspected(a: Analysis) -> Location | None:
-    """Where the best free curve acts that is not significant, if a held-out error is large."""
+    """Return the location of the best free curve, not significant, if a held-out error is large."""
     if not a.before or not any(e.large for e in a.errors):
         return None
     best = min(a.before, key=lambda c: c.p)
@@ -220,18 +232,18 @@ def _suspected(a: Analysis) -> Location | None:
     return replace(where, p_value=best.p) if where else None
 
 
-def _of_the_named(system: System, named: Named, along: str) -> Location | None:
-    """Where the first named effect acts; None where nothing is named, or its place is unknown."""
+def _location_of_effects(system: System, named: Named, regressor: str) -> Location | None:
+    """Return the location of the first named effect; None without one or if it is unknown."""
     if not named.fit.effects:
         return None
-    first = named.fit.effects[0]
-    place = system.acts_at(first.pattern)
-    if not place:
+    effect = named.fit.effects[0]
+    injection = system.acts_at(effect.pattern)
+    if not injection:
         return None
     return Location(
-        first.kind.block,
-        place,
-        along,
+        effect.kind.block,
+        injection,
+        regressor,
         "as described by its equation",
         named.log_likelihood_gain,
         0.0,
@@ -241,32 +253,44 @@ def _of_the_named(system: System, named: Named, along: str) -> Location | None:
 def _remains(a: Analysis) -> Remains | None:
     if a.remains is None:
         return None
-    c = a.remains.curve
-    return Remains(c.place, c.regressor, _shape(a, c), a.remains.share)
+    curve = a.remains.curve
+    return Remains(curve.place, curve.regressor, _shape(a, curve), a.remains.share)
 
 
 def _curve(free: FreeCurve | None) -> FoundCurve | None:
     if free is None:
         return None
-    c = free.curve
-    knots, values = (tuple(map(float, x)) for x in (c.knots, c.values))
+    curve = free.curve
+    knots, values = (tuple(map(float, x)) for x in (curve.knots, curve.values))
     return FoundCurve(
-        c.place, c.unit, c.regressor, knots, values, free.log_likelihood_gain, free.confirmed
+        curve.place,
+        curve.unit,
+        curve.regressor,
+        knots,
+        values,
+        free.log_likelihood_gain,
+        free.confirmed,
     )
 
 
-def _far(fit: Fit) -> tuple[FarParameter, ...]:
-    """Parameters that went far from the file, the farthest first.
+def _far_parameters(fit: Fit) -> tuple[FarParameter, ...]:
+    """Return the parameters that are far from their prior means, the farthest first.
 
-    Of the re-calibrated file where no names stand: a free curve may stand for a wrong number.
+    fit: re-calibrated where no effects are accepted, since a free curve may replace a parameter.
     """
-    found = sorted(parameters_far_from_prior(fit), key=lambda each: -abs(each[1]))
-    return tuple(FarParameter(k.key, k.value, k.at(x), x) for k, x in found)
+    far = sorted(parameters_far_from_prior(fit), key=lambda each: -abs(each[1]))
+    return tuple(
+        FarParameter(coordinate.key, coordinate.value, coordinate.at(x), x) for coordinate, x in far
+    )
 
 
-def _stated(found: Candidate, system: System) -> float | None:
-    own = next((e for e in system.effects if e.key == found.name), None)
-    return None if own is None else float(getattr(own, sizes(found.kind)[0].name))
+def _stated_value(candidate: Candidate, system: System) -> float | None:
+    stated_effect = next((e for e in system.effects if e.key == candidate.name), None)
+    return (
+        None
+        if stated_effect is None
+        else float(getattr(stated_effect, sizes(candidate.kind)[0].name))
+    )
 
 
 def _effects(named: Named) -> list[FoundEffect]:
@@ -279,7 +303,7 @@ def _effects(named: Named) -> list[FoundEffect]:
             named.log_likelihood_gain,
             " ".join(c.kind.page().get("Trace", "").split()),
             regressor_of(named.fit, i),
-            _stated(c, named.fit.model.system),
+            _stated_value(c, named.fit.model.system),
         )
         for i, c in enumerate(named.fit.effects)
     ]

@@ -1,9 +1,9 @@
-"""The figure that convinces: held-out residuals of one output, re-calibrated and improved.
+"""Figure of the held-out residuals of one output, of the re-calibrated and the improved system.
 
-In time where the two systems differ most, as spectra with the band in which they differ, and along
-the regressor: what the re-calibrated simulation leaves, with the change that the effect brings
-there. That change is simulated, not fitted to these residuals: where the points of the re-calibrated
-file lie on its curve and those of the improved file on zero, the effect explains them.
+Panels: the time series where the two systems differ most; the spectra, with the band in which they
+differ; the mean residual over the regressor, with the change of the output by the effect. This
+change is simulated, not fitted to the residuals: the effect explains the residuals where those of
+the re-calibrated system lie on the curve of the change, and those of the improved system on zero.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from slipbench.plant.signals import Floats
 
 LOOKS = ((d.ORANGE, "re-calibrated"), (d.BLUE, "improved"))
 WINDOW = 2.0
-"""Seconds of the first panel."""
+"""Duration shown in the first panel, s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,17 +42,19 @@ class Residuals:
     def of(
         cls, runs: Sequence[Fit], shown: OutputImprovement, written: WrittenUnits = SI
     ) -> "Residuals":
-        """Take the residuals of an output. runs: re-calibrated and improved."""
-        blocks = runs[0].model.partition.groups
-        b = next(i for i, k in enumerate(blocks) if shown.output in k.outputs)
-        j = blocks[b].outputs.index(shown.output)
+        """Return the residuals of an output. runs: re-calibrated and improved."""
+        groups = runs[0].model.partition.groups
+        group_number = next(i for i, k in enumerate(groups) if shown.output in k.outputs)
+        column = groups[group_number].outputs.index(shown.output)
         factor, unit = written.factor(shown.unit, shown.output.replace("_", " "))
-        before, after = ([factor * r[:, j] for r in run.residuals[b]] for run in runs)
+        before, after = (
+            [factor * r[:, column] for r in run.residuals[group_number]] for run in runs
+        )
         return cls((runs[0], runs[1]), shown, before, after, unit)
 
     @property
     def width(self) -> float:
-        """Seconds of a bin."""
+        """Bin width, s."""
         return self.runs[0].model.records[0].grid.width
 
     @property
@@ -62,106 +64,114 @@ class Residuals:
 
     def in_band(self, series: Sequence[Floats]) -> list[Floats]:
         """Return series in the band in which the systems differ."""
-        return [within(one, self.shown.band, self.width) for one in series]
+        return [within(residual, self.shown.band, self.width) for residual in series]
 
     @property
     def change(self) -> list[Floats]:
-        """Change of the output that the effect brings, as simulated."""
-        return [x - y for x, y in zip(self.before, self.after, strict=True)]
+        """Change of the output by the effect, as simulated."""
+        return [before - after for before, after in zip(self.before, self.after, strict=True)]
 
 
-def evidence_svg(found: Residuals, regressor: str, written: WrittenUnits = SI) -> str:
-    """Draw the residuals before and after. regressor: of the effect; empty: none tells it."""
-    pattern = found.shown.band is None
+def evidence_svg(residuals: Residuals, regressor: str, written: WrittenUnits = SI) -> str:
+    """Draw the residuals before and after. regressor: of the effect; empty: unknown."""
+    is_tooth_pattern = residuals.shown.band is None
     with d.style():
-        figure, panels = d.side_by_side(2 if pattern else 3, 3.2)
-        if pattern:
-            _turn(panels[0], found)
-            _orders(panels[1], found)
+        figure, panels = d.side_by_side(2 if is_tooth_pattern else 3, 3.2)
+        if is_tooth_pattern:
+            _plot_tooth_pattern(panels[0], residuals)
+            _plot_orders(panels[1], residuals)
         else:
-            _time(panels[0], found)
-            _spectra(panels[1], found)
-            _along(panels[2], found, regressor, written)
+            _plot_time(panels[0], residuals)
+            _plot_spectra(panels[1], residuals)
+            _plot_over_regressor(panels[2], residuals, regressor, written)
         d.legend(panels[0], 2)
         return d.svg(figure, "held_out")
 
 
-def _time(axes: Axes, found: Residuals) -> None:
-    """Draw the part of the recordings in which the two systems differ most."""
-    count = min(round(WINDOW / found.width), *(c.size for c in found.change))
-    energy = [np.convolve(c**2, np.ones(count), "valid") for c in found.change]
-    r = int(np.argmax([e.max() for e in energy]))
-    first = int(np.argmax(energy[r]))
-    record = found.runs[0].model.records[r]
+def _plot_time(axes: Axes, residuals: Residuals) -> None:
+    """Draw the segment of the recordings in which the two systems differ most."""
+    count = min(round(WINDOW / residuals.width), *(change.size for change in residuals.change))
+    energy = [np.convolve(change**2, np.ones(count), "valid") for change in residuals.change]
+    record_number = int(np.argmax([window_energy.max() for window_energy in energy]))
+    first = int(np.argmax(energy[record_number]))
+    record = residuals.runs[0].model.records[record_number]
     time = record.grid.centre[first : first + count]
-    for series, (colour, label) in zip(found.both, LOOKS, strict=True):
-        y = series[r][first : first + count]
-        d.line(axes, time[: y.size], y, color=colour, label=label, lw=0.9)
-    axes.set(xlabel=f"time / s, {record.name}", ylabel=f"measured minus simulated / {found.unit}")
-
-
-def _spectra(axes: Axes, found: Residuals) -> None:
-    """Draw mean spectra over all recordings, as long as the shortest, and the band."""
-    length = min(len(r) for r in found.before)
-    window = np.hanning(length)
-    grid = np.fft.rfftfreq(length, found.width)
-    if found.shown.band:
-        axes.axvspan(*found.shown.band, color=d.SHADE, lw=0)
-    for series, (colour, label) in zip(found.both, LOOKS, strict=True):
-        lines = np.abs(np.fft.rfft([r[:length] * window for r in series], axis=1))
-        mean = np.sqrt(np.mean(lines**2, axis=0)) * 2.0 / window.sum()
-        axes.semilogy(grid[1:], np.maximum(mean[1:], 1e-12), color=colour, label=label, lw=0.9)
-    axes.set(xlabel="frequency / Hz", ylabel=f"amplitude / {found.unit}")
-    axes.set_xlim(
-        0.0, max(0.25 / found.width, 1.2 * found.shown.band[1] if found.shown.band else 0)
+    for series, (colour, label) in zip(residuals.both, LOOKS, strict=True):
+        segment = series[record_number][first : first + count]
+        d.line(axes, time[: segment.size], segment, color=colour, label=label, lw=0.9)
+    axes.set(
+        xlabel=f"time / s, {record.name}", ylabel=f"measured minus simulated / {residuals.unit}"
     )
 
 
-def _along(axes: Axes, found: Residuals, regressor: str, written: WrittenUnits) -> None:
-    """Draw means of the residuals, in the band, over the regressor, and the simulated change."""
-    change = found.in_band(found.change)
-    x, lag = followed(found.runs[1], regressor, change)
-    factor, unit = written.factor(_si_unit(found, regressor), quantity_of(regressor))
+def _plot_spectra(axes: Axes, residuals: Residuals) -> None:
+    """Draw the band and the mean spectra over all recordings, cut to the shortest."""
+    length = min(len(r) for r in residuals.before)
+    window = np.hanning(length)
+    frequency = np.fft.rfftfreq(length, residuals.width)
+    if residuals.shown.band:
+        axes.axvspan(*residuals.shown.band, color=d.SHADE, lw=0)
+    for series, (colour, label) in zip(residuals.both, LOOKS, strict=True):
+        spectra = np.abs(np.fft.rfft([r[:length] * window for r in series], axis=1))
+        mean = np.sqrt(np.mean(spectra**2, axis=0)) * 2.0 / window.sum()
+        axes.semilogy(frequency[1:], np.maximum(mean[1:], 1e-12), color=colour, label=label, lw=0.9)
+    axes.set(xlabel="frequency / Hz", ylabel=f"amplitude / {residuals.unit}")
+    axes.set_xlim(
+        0.0,
+        max(0.25 / residuals.width, 1.2 * residuals.shown.band[1] if residuals.shown.band else 0),
+    )
+
+
+def _plot_over_regressor(
+    axes: Axes, residuals: Residuals, regressor: str, written: WrittenUnits
+) -> None:
+    """Draw the mean residuals in the band over the regressor, and the simulated change."""
+    change = residuals.in_band(residuals.change)
+    x, lag = followed(residuals.runs[1], regressor, change)
+    factor, unit = written.factor(_si_unit(residuals, regressor), quantity_of(regressor))
     if not x:
-        x, factor, unit = change, 1.0, found.unit
+        x, factor, unit = change, 1.0, residuals.unit
     edges = edges_of(x)
     axes.axhline(0.0, color=d.MUTED, lw=0.8)
     centre, curve, _ = means(x, change, edges)
     axes.plot(factor * centre, curve, color=d.INK, lw=1.2, label="change by the effect, simulated")
-    for series, (colour, label) in zip(found.both, LOOKS, strict=True):
-        centre, mean, half = means(x, found.in_band(series), edges)
+    for series, (colour, label) in zip(residuals.both, LOOKS, strict=True):
+        centre, mean, half_width = means(x, residuals.in_band(series), edges)
         look = {"color": colour, "label": label, "fmt": "o", "ms": 3.5, "lw": 1.0}
-        axes.errorbar(factor * centre, mean, half, **look)  # type: ignore[arg-type]
+        axes.errorbar(factor * centre, mean, half_width, **look)  # type: ignore[arg-type]
     quantity = quantity_of(regressor) if x is not change else "simulated change of the output"
-    late = f", {1e3 * lag:.0f} ms before" if lag else ""
+    lag_text = f", {1e3 * lag:.0f} ms before" if lag else ""
     axes.set(
-        xlabel=f"{quantity}{late} / {unit}", ylabel=f"mean residual in the band / {found.unit}"
+        xlabel=f"{quantity}{lag_text} / {unit}",
+        ylabel=f"mean residual in the band / {residuals.unit}",
     )
 
 
-def _si_unit(found: Residuals, regressor: str) -> str:
-    return found.runs[0].model.system.units.get(quantity_of(regressor), "")
+def _si_unit(residuals: Residuals, regressor: str) -> str:
+    return residuals.runs[0].model.system.units.get(quantity_of(regressor), "")
 
 
-def _turns(found: Residuals) -> list[Floats]:
-    """Residual of every tooth over one turn, re-calibrated and improved."""
-    teeth = found.runs[0].model.records[0].sensors[found.shown.output].teeth
-    return [np.concatenate(series).reshape(-1, teeth).mean(axis=0) for series in found.both]
+def _tooth_patterns(residuals: Residuals) -> list[Floats]:
+    """Return the mean residual of every tooth of a turn, re-calibrated and improved, (teeth,)."""
+    teeth = residuals.runs[0].model.records[0].sensors[residuals.shown.output].teeth
+    return [np.concatenate(series).reshape(-1, teeth).mean(axis=0) for series in residuals.both]
 
 
-def _turn(axes: Axes, found: Residuals) -> None:
-    for pattern, (colour, label) in zip(_turns(found), LOOKS, strict=True):
+def _plot_tooth_pattern(axes: Axes, residuals: Residuals) -> None:
+    for pattern, (colour, label) in zip(_tooth_patterns(residuals), LOOKS, strict=True):
         angle = 2.0 * np.pi * np.arange(pattern.size) / pattern.size
         axes.plot(angle, pattern, color=colour, marker="o", ms=3, label=label)
-    wheel = found.shown.output.split("_")[0]
+    wheel = residuals.shown.output.split("_")[0]
     axes.set(xlabel=f"angle of {wheel} wheel / rad", ylabel="relative speed, residual / 1")
 
 
-def _orders(axes: Axes, found: Residuals) -> None:
-    for pattern, (colour, label) in zip(_turns(found), LOOKS, strict=True):
-        lines = 2.0 / pattern.size * np.abs(np.fft.rfft(pattern))
-        orders = np.arange(1, lines.size)
+def _plot_orders(axes: Axes, residuals: Residuals) -> None:
+    for pattern, (colour, label) in zip(_tooth_patterns(residuals), LOOKS, strict=True):
+        amplitudes = 2.0 / pattern.size * np.abs(np.fft.rfft(pattern))
+        orders = np.arange(1, amplitudes.size)
         axes.semilogy(
-            orders, np.maximum(lines[1:], 1e-12), color=colour, marker="o", ms=3, label=label
+            orders, np.maximum(amplitudes[1:], 1e-12), color=colour, marker="o", ms=3, label=label
         )
-    axes.set(xlabel=f"order of {found.shown.output.split('_')[0]} wheel", ylabel="relative speed")
+    axes.set(
+        xlabel=f"order of {residuals.shown.output.split('_')[0]} wheel", ylabel="relative speed"
+    )

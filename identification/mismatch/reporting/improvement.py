@@ -1,12 +1,12 @@
-"""Improvement by what was found, on held-out recordings, against the re-calibrated file.
+"""Held-out improvement by the accepted effects, against the re-calibrated system.
 
-Calibration alone makes most errors smaller, so the nominal file is no measure of an effect. Both
-systems meet the held-out recordings with the numbers of the training recordings:
+The reference is not the nominal system, since calibration alone reduces most errors. Both systems
+are simulated on the held-out recordings with the parameters of the training recordings:
 
-- log-likelihood: each system with the noise model that its own held-out residuals give (nats);
-- simulation error: root mean square of measured less simulated, nothing fed back;
+- log-likelihood: each system with the noise model fitted to its own held-out residuals (nats);
+- simulation error: root mean square of measured minus simulated, without feedback of measurements;
 - error in the band: the same, in the band in which the two systems differ beyond the noise;
-- one-step error: what is new in each bin, given the residuals before it.
+- one-step error: root mean square of the innovations, given the previous residuals.
 
 Intervals: 95 %, delete-one jackknife over pieces of time with Student's t (Efron and Tibshirani,
 "An Introduction to the Bootstrap" (1993), chapter 11). They hold for these recordings.
@@ -24,11 +24,11 @@ from slipbench.plant.signals import Floats
 
 CONFIDENCE = 0.95
 MIDDLE = 0.8
-"""Share of the evidence that a band holds."""
+"""Fraction of the power of the difference that a band contains."""
 FEWEST = 4
-"""Pieces of time below which no interval is told."""
+"""Minimum number of pieces of time for an interval."""
 WORTH_TELLING = 0.01
-"""Share of an error that must go for a user to care."""
+"""Smallest relevant relative change of an error."""
 NOT_KNOWN = (0.0, float("inf"))
 
 
@@ -42,22 +42,22 @@ class Change:
 
     @property
     def falls(self) -> bool:
-        """Whether the error falls certainly, and by as much as a user cares about."""
+        """Whether the decrease of the error is significant and relevant."""
         smaller = self.improved < (1.0 - WORTH_TELLING) * self.calibrated
         return smaller and self.interval[1] < 1.0
 
     @property
     def rises(self) -> bool:
-        """Whether the error rises certainly, and by as much as a user cares about."""
+        """Whether the increase of the error is significant and relevant."""
         larger = self.improved > (1.0 + WORTH_TELLING) * self.calibrated
         return larger and self.interval[0] > 1.0
 
 
 @dataclass(frozen=True)
 class OutputImprovement:
-    """Errors of one output. band: Hz; None where rows are no time series, as of a tooth pattern.
+    """Errors of one output. band: Hz; None where rows are no time series, as in a tooth pattern.
 
-    share: of the difference between the two systems beyond the noise, by output.
+    share: fraction that the output has of the squared difference of the systems over its noise.
     """
 
     output: str
@@ -83,80 +83,96 @@ class Improvement:
 
     @property
     def differs_most(self) -> OutputImprovement:
-        """The output in which the two systems differ most, against its noise."""
+        """Output in which the two systems differ most relative to its noise."""
         return max(self.outputs, key=lambda o: o.share)
 
 
 def improvement(before: Fit, after: Fit) -> Improvement:
-    """Compare the re-calibrated system with the one that has what was found.
+    """Compare the re-calibrated system with the improved one.
 
-    before, after: the two of them on the held-out recordings.
+    before, after: the two systems on the held-out recordings.
     """
-    gains = _by_piece(after, log_density) - _by_piece(before, log_density)
-    blocks = range(len(before.model.partition.groups))
-    found = [o for b in blocks for o in _outputs(before, after, b)]
-    whole = sum(o.share for o in found) or 1.0
+    gains = _sums_by_piece(after, log_density) - _sums_by_piece(before, log_density)
+    groups = range(len(before.model.partition.groups))
+    outputs = [o for b in groups for o in _outputs(before, after, b)]
+    total = sum(o.share for o in outputs) or 1.0
     return Improvement(
         float(gains.sum()),
         _interval_of_sum(gains),
-        tuple(replace(o, share=o.share / whole) for o in found),
+        tuple(replace(o, share=o.share / total) for o in outputs),
     )
 
 
 def log_density(run: Fit, b: int, r: int) -> Floats:
-    """Log-density of every row of a block given the rows before, (T,), nats up to a constant."""
+    """Return the log-density of each row given the previous rows, (T,), nats up to a constant."""
     return run.noise[b].log_densities(run.residuals[b][r])
 
 
-def _unscaled(noise: Whitener, series: Floats) -> Floats:
+def _innovations_in_units(noise: Whitener, series: Floats) -> Floats:
     return np.asarray(noise.innovations(series) @ np.linalg.inv(noise.inverse).T)
 
 
-def _pieces(run: Fit, r: int, rows: Floats, length: int) -> list[Floats]:
-    """Rows by piece of time; rows that the noise model takes at the beginning are missing."""
+def _split_into_pieces(run: Fit, r: int, rows: Floats, length: int) -> list[Floats]:
+    """Return rows by piece of time; `rows` lacks the first rows that the noise model uses."""
     count = run.model.records[r].grid.pieces
-    number = np.minimum((np.arange(length) * count) // length, count - 1)[length - len(rows) :]
-    return [rows[number == piece] for piece in range(count)]
+    piece_of_row = np.minimum((np.arange(length) * count) // length, count - 1)[
+        length - len(rows) :
+    ]
+    return [rows[piece_of_row == piece] for piece in range(count)]
 
 
-def _by_piece(run: Fit, of: Callable[[Fit, int, int], Floats]) -> Floats:
-    """Sums over the pieces of all records, outputs together, (pieces,)."""
-    found = []
+def _sums_by_piece(run: Fit, quantity: Callable[[Fit, int, int], Floats]) -> Floats:
+    """Return sums of a quantity over all outputs by piece of time of all records, (pieces,)."""
+    sums = []
     for r in range(len(run.model.records)):
-        blocks = range(len(run.model.partition.groups))
-        parts = [_pieces(run, r, of(run, b, r), len(run.residuals[b][r])) for b in blocks]
-        found += [sum(float(p.sum()) for p in piece) for piece in zip(*parts, strict=True)]
-    return np.array(found)
+        groups = range(len(run.model.partition.groups))
+        parts = [
+            _split_into_pieces(run, r, quantity(run, b, r), len(run.residuals[b][r]))
+            for b in groups
+        ]
+        sums += [
+            sum(float(p.sum()) for p in outputs_of_piece)
+            for outputs_of_piece in zip(*parts, strict=True)
+        ]
+    return np.array(sums)
 
 
 def _outputs(before: Fit, after: Fit, b: int) -> Iterator[OutputImprovement]:
-    """Improvement of every output of a block; shares are not yet shares of a whole."""
-    records, block = before.model.records, before.model.partition.groups[b]
-    rest = [before.residuals[b], after.residuals[b]]
-    apart = [_unscaled(after.noise[b], one - two) for one, two in zip(*rest, strict=True)]
-    new = [[_unscaled(run.noise[b], one) for one in run.residuals[b]] for run in (before, after)]
+    """Yield the improvement of every output of a group; shares are not normalized."""
+    records, group = before.model.records, before.model.partition.groups[b]
+    residuals = [before.residuals[b], after.residuals[b]]
+    difference = [
+        _innovations_in_units(after.noise[b], one - two)
+        for one, two in zip(*residuals, strict=True)
+    ]
+    innovations = [
+        [_innovations_in_units(run.noise[b], one) for one in run.residuals[b]]
+        for run in (before, after)
+    ]
     spread = np.sqrt(np.diag(np.linalg.inv(after.noise[b].inverse.T @ after.noise[b].inverse)))
-    for j, output in enumerate(block.outputs):
-        band = _band([one[:, j] for one in apart], records[0].grid.width) if block.order else None
-        kept = [[within(r[:, j], band, records[0].grid.width) for r in rs] for rs in rest]
+    for j, output in enumerate(group.outputs):
+        band = (
+            _band([one[:, j] for one in difference], records[0].grid.width) if group.order else None
+        )
+        filtered = [[within(r[:, j], band, records[0].grid.width) for r in rs] for rs in residuals]
         yield OutputImprovement(
             output,
             records[0].sensors[output].unit,
-            sum(float(np.sum(one[:, j] ** 2)) for one in apart) / float(spread[j]) ** 2,
-            _change(before, b, *([r[:, j] for r in rs] for rs in rest)),
-            _change(before, b, *([r[:, j] for r in rs] for rs in new)),
+            sum(float(np.sum(one[:, j] ** 2)) for one in difference) / float(spread[j]) ** 2,
+            _change(before, b, *([r[:, j] for r in rs] for rs in residuals)),
+            _change(before, b, *([r[:, j] for r in rs] for rs in innovations)),
             band,
-            _change(before, b, *kept) if band else None,
+            _change(before, b, *filtered) if band else None,
         )
 
 
 def _change(run: Fit, b: int, before: list[Floats], after: list[Floats]) -> Change:
-    """Root mean square errors and their ratio. before, after: (T,) by record."""
+    """Return root mean square errors and their ratio. before, after: (T,) by record."""
     sums: list[list[tuple[float, int]]] = [[], []]
-    for into, series in zip(sums, (before, after), strict=True):
+    for destination, series in zip(sums, (before, after), strict=True):
         for r, one in enumerate(series):
-            parts = _pieces(run, r, one, len(run.residuals[b][r]))
-            into += [(float(np.sum(p**2)), p.size) for p in parts if p.size]
+            pieces = _split_into_pieces(run, r, one, len(run.residuals[b][r]))
+            destination += [(float(np.sum(p**2)), p.size) for p in pieces if p.size]
     (one, n), (two, m) = (np.array(s).T for s in sums)
     calibrated, improved = np.sqrt(one.sum() / n.sum()), np.sqrt(two.sum() / m.sum())
     return Change(float(calibrated), float(improved), interval_of_ratio(one, two))
@@ -165,41 +181,47 @@ def _change(run: Fit, b: int, before: list[Floats], after: list[Floats]) -> Chan
 def _interval_of_sum(gains: Floats) -> tuple[float, float]:
     if gains.size < FEWEST:
         return -NOT_KNOWN[1], NOT_KNOWN[1]
-    half = _quantile(gains.size) * float(gains.std(ddof=1)) * gains.size**0.5
-    return float(gains.sum()) - half, float(gains.sum()) + half
+    half_width = _t_quantile(gains.size) * float(gains.std(ddof=1)) * gains.size**0.5
+    return float(gains.sum()) - half_width, float(gains.sum()) + half_width
 
 
 def interval_of_ratio(before: Floats, after: Floats) -> tuple[float, float]:
-    """Interval of the ratio of root mean squares. before, after: sums of squares by piece."""
+    """Return the interval of the RMS error ratio. before, after: sums of squares by piece."""
     n = before.size
     if n < FEWEST or not (before.sum() > 0.0 and after.sum() > 0.0):
         return NOT_KNOWN
-    whole = 0.5 * np.log(after.sum() / before.sum())
-    without = 0.5 * np.log((after.sum() - after) / np.maximum(before.sum() - before, 1e-300))
-    half = _quantile(n) * np.sqrt((n - 1) / n * np.sum((without - without.mean()) ** 2))
-    return float(np.exp(whole - half)), float(np.exp(whole + half))
+    log_ratio = 0.5 * np.log(after.sum() / before.sum())
+    log_ratios_without_piece = 0.5 * np.log(
+        (after.sum() - after) / np.maximum(before.sum() - before, 1e-300)
+    )
+    half_width = _t_quantile(n) * np.sqrt(
+        (n - 1) / n * np.sum((log_ratios_without_piece - log_ratios_without_piece.mean()) ** 2)
+    )
+    return float(np.exp(log_ratio - half_width)), float(np.exp(log_ratio + half_width))
 
 
-def _quantile(pieces: int) -> float:
+def _t_quantile(pieces: int) -> float:
     return float(stats.t.ppf(0.5 + CONFIDENCE / 2, pieces - 1))
 
 
 def _band(series: Sequence[Floats], width: float) -> tuple[float, float]:
-    """Band that holds the middle of the power of series of all records, Hz. width: s, of a bin."""
+    """Return the band of the central MIDDLE of the power of all records, Hz. width: of a bin, s."""
     length = min(one.size for one in series)
     power = sum(np.abs(np.fft.rfft(one[:length])) ** 2 for one in series)
-    grid = np.fft.rfftfreq(length, width)
+    frequency = np.fft.rfftfreq(length, width)
     share = np.cumsum(power) / max(float(np.sum(power)), 1e-300)
-    ends = (0.5 - MIDDLE / 2, 0.5 + MIDDLE / 2)
-    low, high = (grid[min(int(np.searchsorted(share, e)), grid.size - 1)] for e in ends)
+    quantiles = (0.5 - MIDDLE / 2, 0.5 + MIDDLE / 2)
+    low, high = (
+        frequency[min(int(np.searchsorted(share, e)), frequency.size - 1)] for e in quantiles
+    )
     return float(low), float(high)
 
 
 def within(series: Floats, band: tuple[float, float] | None, width: float) -> Floats:
-    """Part of a series within a band. band: Hz; None: all of it; width: s, of a bin."""
+    """Return a series filtered to a band. band: Hz; None: unfiltered; width: of a bin, s."""
     if band is None:
         return series
-    lines = np.fft.rfft(series)
-    grid = np.fft.rfftfreq(series.size, width)
-    lines[(grid < band[0]) | (grid > band[1])] = 0.0
-    return np.fft.irfft(lines, series.size)
+    spectrum = np.fft.rfft(series)
+    frequency = np.fft.rfftfreq(series.size, width)
+    spectrum[(frequency < band[0]) | (frequency > band[1])] = 0.0
+    return np.fft.irfft(spectrum, series.size)

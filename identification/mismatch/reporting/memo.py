@@ -33,37 +33,41 @@ from slipbench.identification.mismatch.simulation.regressor import (
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 
 _DIRECTIONS = {"both": "opening and closing", "opening": "opening", "closing": "closing"}
-SHORT = 0.1  # m; what is shorter is told in mm
+SHORT = 0.1  # m; smaller values are reported in mm
 SCALED = {"rad": (1e3, "mrad"), "s": (1e3, "ms"), "1": (100.0, "%"), "1/s": (100.0, "%/s")}
 
 
 def sentence(verdict: Verdict) -> str:
-    """The verdict in a few sentences."""
+    """Return the verdict in a few sentences."""
     large = large_errors_in_words(verdict) if verdict.complete else ""
-    return f"{_found(verdict)} {large}".rstrip()
+    return f"{_finding(verdict)} {large}".rstrip()
 
 
-def _found(verdict: Verdict) -> str:
+def _finding(verdict: Verdict) -> str:
     if not verdict.mismatch:
         return _no_mismatch(verdict)
-    where = verdict.location
+    location = verdict.location
     if verdict.unknown:
-        place = f" It acts as {where.injection}{along(where.regressor)}" if where else ""
+        place = f" It acts as {location.injection}{along(location.regressor)}" if location else ""
         return (
             "Mismatch detected: no effect of the library explains it."
-            f"{place}: {verdict.shape}.{_proof(verdict)}"
+            f"{place}: {verdict.shape}.{_held_out_improvement(verdict)}"
         )
     if not verdict.effects:
-        place = f" at {where.injection}{along(where.regressor)}" if where else ""
+        place = f" at {location.injection}{along(location.regressor)}" if location else ""
         return f"Mismatch detected{place}; the effect is not identified yet."
-    lacking = "; ".join(_effect(e, verdict) for e in verdict.effects if e.stated is None)
-    other = "; ".join(_effect(e, verdict) for e in verdict.effects if e.stated is not None)
-    told = [f"{lacking} that the simulation lacks"] * bool(lacking) + [other] * bool(other)
-    return " ".join(f"{t[0].upper()}{t[1:]}." for t in told) + _proof(verdict)
+    missing = "; ".join(_effect_in_words(e, verdict) for e in verdict.effects if e.stated is None)
+    existing = "; ".join(
+        _effect_in_words(e, verdict) for e in verdict.effects if e.stated is not None
+    )
+    parts = [f"{missing} that the simulation lacks"] * bool(missing) + [existing] * bool(existing)
+    return " ".join(f"{part[0].upper()}{part[1:]}." for part in parts) + _held_out_improvement(
+        verdict
+    )
 
 
 def effect_along(effect: FoundEffect) -> str:
-    """Say along what an effect acts."""
+    """Return the regressor of an effect in words."""
     return along(effect.regressor) or " (along no single quantity)"
 
 
@@ -84,19 +88,19 @@ def _no_mismatch(verdict: Verdict) -> str:
 
 
 def early_end(verdict: Verdict) -> str:
-    """Say why an analysis ended early; empty where it is complete."""
+    """Return why an analysis is incomplete; empty if it is complete."""
     if verdict.failure:
         return f"The analysis failed in {verdict.failure}. These are the results so far."
     return "" if verdict.complete else "Interrupted. These are the results so far."
 
 
 def chance(verdict: Verdict) -> str:
-    """Say the p-value."""
+    """Return the p-value as text."""
     return "not known" if verdict.p_value is None else f"{verdict.p_value:.2g}"
 
 
 def along(regressor: str) -> str:
-    """Say along what a curve acts, with a space before it; nothing where a name tells."""
+    """Return a regressor in words, with a leading space; empty without a regressor."""
     kind, quantity = kind_of(regressor), quantity_of(regressor)
     if kind == SCALE:
         return f" as a share of the {scaled_by(regressor)}, along the {quantity}"
@@ -105,19 +109,19 @@ def along(regressor: str) -> str:
 
 
 def scaled_by(regressor: str) -> str:
-    """Return the quantity that counts for more or less."""
+    """Return the quantity that a scale regressor scales."""
     return regressor.removeprefix(SCALE).partition(OVER)[0]
 
 
 def shown(p: Estimate, effect: FoundEffect, verdict: Verdict) -> Estimate:
-    """Parameter in the unit of the file; in SI if the file says nothing."""
+    """Return a parameter in the unit of the file; in SI if the file states none."""
     quantities = [name.replace("_", " ") for name in effect.subject.split("/")]
     factor, unit = verdict.written.factor(p.unit, *quantities)
     return Estimate(p.name, unit, factor * p.value, factor * p.low, factor * p.high)
 
 
 def shown_error(e: Error, verdict: Verdict) -> Error:
-    """Errors of an output in the unit of the file; in SI if the file says nothing."""
+    """Return the errors of an output in the unit of the file; in SI if the file states none."""
     factor, unit = verdict.written.factor(e.unit, e.output.replace("_", " "))
     return replace(
         e,
@@ -129,49 +133,51 @@ def shown_error(e: Error, verdict: Verdict) -> Error:
     )
 
 
-def _effect(effect: FoundEffect, verdict: Verdict) -> str:
+def _effect_in_words(effect: FoundEffect, verdict: Verdict) -> str:
     p = shown(effect.parameters[0], effect, verdict)
     factor, unit = SCALED.get(p.unit, (1.0, p.unit))
     if p.unit == "m" and abs(p.value) < SHORT:
         factor, unit = 1e3, "mm"
-    size = f"{with_spread(p.value * factor, 0.5 * (p.high - p.low) * factor)} {unit}".rstrip()
-    where = (effect.subject or effect.block).replace("_", " ")
-    size = f"{p.name.replace('_', ' ')} {size}"
+    value_text = f"{with_spread(p.value * factor, 0.5 * (p.high - p.low) * factor)} {unit}".rstrip()
+    subject = (effect.subject or effect.block).replace("_", " ")
+    value_text = f"{p.name.replace('_', ' ')} {value_text}"
     if effect.stated is not None:
         stated = shown(replace(effect.parameters[0], value=effect.stated), effect, verdict).value
-        size = f"{size}, in the file {stated * factor:.3g} {unit}".rstrip()
-    return f"the {where} has {effect.name.replace('_', ' ')} ({size})"
+        value_text = f"{value_text}, in the file {stated * factor:.3g} {unit}".rstrip()
+    return f"the {subject} has {effect.name.replace('_', ' ')} ({value_text})"
 
 
 def with_spread(value: float, spread: float) -> str:
-    """Tell a number as exactly as it is known, in plain digits."""
+    """Return a number and its spread, rounded to the first digit of the spread."""
     if not spread > 0.0:
         return f"{value:.3g}"
-    place = -floor(log10(spread))
-    return " +- ".join(f"{round(x, place):.{max(place, 0)}f}" for x in (value, spread))
+    digits = -floor(log10(spread))
+    return " +- ".join(f"{round(x, digits):.{max(digits, 0)}f}" for x in (value, spread))
 
 
-def _proof(verdict: Verdict) -> str:
+def _held_out_improvement(verdict: Verdict) -> str:
     if verdict.improvement is None:
         return ""
-    told = improvement_in_words(verdict.improvement, verdict.headline, verdict.written)
-    return f" {told}"
+    improvement = improvement_in_words(verdict.improvement, verdict.headline, verdict.written)
+    return f" {improvement}"
 
 
 def lines(verdict: Verdict) -> list[str]:
-    """The memo for a terminal."""
-    early = [said] if (said := early_end(verdict)) else []
-    chances = f"  family-wise p-value  {chance(verdict)}"
-    errors = [_error(shown_error(e, verdict), _against(verdict, e)) for e in verdict.held_out]
+    """Return the memo as lines for a terminal."""
+    notes = [message] if (message := early_end(verdict)) else []
+    p_value_line = f"  family-wise p-value  {chance(verdict)}"
+    errors = [
+        _error_line(shown_error(e, verdict), _ratio_interval(verdict, e)) for e in verdict.held_out
+    ]
     checked = [f"  check          {line}" for line in check_lines(verdict)]
-    found = [*_evidence(verdict), *_limits(verdict)]
-    return [*early, sentence(verdict), "", chances, *found, *errors, *checked]
+    details = [*_evidence(verdict), *_limits(verdict)]
+    return [*notes, sentence(verdict), "", p_value_line, *details, *errors, *checked]
 
 
-def _against(verdict: Verdict, e: Error) -> str:
-    """Say the interval of improved over re-calibrated; empty where nothing was found."""
-    found = verdict.improvement.of(e.output) if verdict.improvement else None
-    return f"; improved/re-calibrated: {ratio(found.simulation)}" if found else ""
+def _ratio_interval(verdict: Verdict, e: Error) -> str:
+    """Return the interval of improved over re-calibrated; empty without an improved system."""
+    improvement = verdict.improvement.of(e.output) if verdict.improvement else None
+    return f"; improved/re-calibrated: {ratio(improvement.simulation)}" if improvement else ""
 
 
 def _evidence(verdict: Verdict) -> Iterator[str]:
@@ -191,24 +197,24 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
         yield f"    trace: {effect.trace}"
     if verdict.effects:
         yield f"  {INTERVALS}"
-    for found, behind in verdict.rivals.items():
-        others = ", ".join(f"{n} ({lower(nats)})" for n, nats in behind.items())
-        yield f"  competing explanations of {found}: {others or 'none'}"
+    for accepted_name, nats_behind in verdict.rivals.items():
+        others = ", ".join(f"{n} ({lower(nats)})" for n, nats in nats_behind.items())
+        yield f"  competing explanations of {accepted_name}: {others or 'none'}"
 
 
 def lower(nats: float) -> str:
-    """Say by how much the log-likelihood of a name is below that of the accepted one."""
+    """Return the difference of log-likelihood from the accepted name in words."""
     return f"{nats:.0f} nats lower" if nats >= 0.0 else f"{-nats:.0f} nats higher, less plausible"
 
 
 def tied(names: Sequence[str], verdict: Verdict) -> str:
-    """List names that cannot be told apart, each with what speaks against it beforehand."""
-    against = (f" ({verdict.doubts[n]})" if n in verdict.doubts else "" for n in names)
-    return ", ".join(f"{n}{why}" for n, why in zip(names, against, strict=True))
+    """List indistinguishable names, each with its prior doubt."""
+    doubts = (f" ({verdict.doubts[n]})" if n in verdict.doubts else "" for n in names)
+    return ", ".join(f"{n}{doubt}" for n, doubt in zip(names, doubts, strict=True))
 
 
 def circumstances(where: Location, written: WrittenUnits) -> str:
-    """Say in which band and region it acts, and in which direction."""
+    """Return the band, the operating region and the direction of the mismatch in words."""
     if not where.band or not where.region:
         return ""
     low, high = where.band
@@ -237,46 +243,47 @@ def _limits(verdict: Verdict) -> Iterator[str]:
         yield f"  not identifiable from these recordings: {', '.join(verdict.not_told)}"
     if verdict.far:
         yield f"  far from the file: {far_in_words(verdict.far)}"
-    for told in left_out(verdict):
-        yield f"  left out: {told}"
+    for message in left_out(verdict):
+        yield f"  left out: {message}"
     if verdict.next_trial:
         yield f"  next trial: {verdict.next_trial['why']}"
 
 
 def far_in_words(far: Sequence[FarParameter]) -> str:
-    """Say which parameters calibration moved far, and what may follow."""
-    told = ", ".join(
+    """Report the parameters that calibration moved far from the file, and a possible cause."""
+    changes = ", ".join(
         f"{p.key} {100 * (p.calibrated / p.stated - 1):+.0f} %"
         if p.stated
         else f"{p.key} {p.calibrated - p.stated:+.3g}"
         for p in far
     )
     return (
-        f"{told}: check these values and their plus_minus; they may make up for an effect that is"
+        f"{changes}: check these values and their plus_minus; they may make up for an effect that is"
         " not found or called not excited"
     )
 
 
 def left_out(verdict: Verdict) -> Iterator[str]:
-    """Say what could not be used, once for all recordings to which it applies."""
-    where: dict[str, list[str]] = {}
-    for told in verdict.left_out:
-        name, _, why = told.partition(": ")
-        where.setdefault(why, []).append(name)
-    for why, names in where.items():
-        yield f"{why} ({', '.join(names)})"
+    """Yield each reason for data that was not used, with the recordings concerned."""
+    names_by_reason: dict[str, list[str]] = {}
+    for message in verdict.left_out:
+        name, _, reason = message.partition(": ")
+        names_by_reason.setdefault(reason, []).append(name)
+    for reason, names in names_by_reason.items():
+        yield f"{reason} ({', '.join(names)})"
 
 
-def remains(left: Remains) -> str:
-    """Say what remains in the residual beside the accepted effects."""
+def remains(residual: Remains) -> str:
+    """Report the residual of the accepted effects."""
     return (
-        f"{left.injection}{along(left.regressor)}: {left.shape}; {100 * left.share:.2g} % of the"
+        f"{residual.injection}{along(residual.regressor)}: {residual.shape};"
+        f" {100 * residual.share:.2g} % of the"
         " mean square that the accepted effects explain"
     )
 
 
-def _error(e: Error, against: str) -> str:
+def _error_line(e: Error, ratio_text: str) -> str:
     return (
         f"  {e.output:<20} {e.calibrated:10.4g} -> {e.improved:10.4g} {e.unit:<6}"
-        f" noise floor {e.floor:.3g} ({e.floor_from}){against}; nominal {e.nominal:.4g}"
+        f" noise floor {e.floor:.3g} ({e.floor_from}){ratio_text}; nominal {e.nominal:.4g}"
     )

@@ -1,4 +1,4 @@
-"""The memo as a page that needs nothing but a browser."""
+"""Render the memo as a self-contained HTML page."""
 
 from collections.abc import Callable, Iterator
 from importlib.resources import files
@@ -27,7 +27,7 @@ from slipbench.identification.mismatch.reporting.pictures import curve_svg
 from slipbench.identification.mismatch.reporting.verdict import INTERVALS, Verdict
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 
-RESIDUAL_TEST = 3  # steps before it
+RESIDUAL_TEST = 3  # number of steps before the residual test
 NOT_IN_THE_FILE = (
     "acts along a quantity that no file can hold: the improved file has the calibrated parameters"
     " without it"
@@ -35,8 +35,8 @@ NOT_IN_THE_FILE = (
 
 
 def memo_page(a: Analysis, verdict: Verdict) -> str:
-    """HTML page: the finding, the figure that shows it, hypotheses, what stays open, the numbers."""
-    certain = [c for c in a.before if c.certain]
+    """Return the HTML page: finding, figures, hypotheses, limitations and numbers."""
+    significant = [c for c in a.before if c.certain]
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -61,88 +61,92 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
         when=circumstances(verdict.location, verdict.written) if verdict.location else "",
         early=early_end(verdict),
         p_value=chance(verdict),
-        curve=_figure(lambda: curve_svg(certain[0], a.free.curve if a.free else None, a.system))
-        if certain and verdict.location
+        curve=_figure(lambda: curve_svg(significant[0], a.free.curve if a.free else None, a.system))
+        if significant and verdict.location
         else "",
         evidence=_figure(lambda: evidence_svg(*_evidence(a, verdict)))
         if verdict.improvement
         else "",
-        shown=_shown(verdict),
-        around=_around_a_turn(verdict),
+        shown=_shown_output(verdict),
+        around=_is_tooth_pattern(verdict),
         hypotheses=hypotheses(a, verdict),
         intervals=INTERVALS,
-        undecided=list(_undecided(verdict)),
-        unexcited=list(_unexcited(verdict)),
+        undecided=list(_indistinguishable(verdict)),
+        unexcited=list(_not_excited(verdict)),
         check=list(check_lines(verdict)),
-        open=list(_open(a, verdict)),
+        open=list(_limitations(a, verdict)),
     )
 
 
-def _shown(verdict: Verdict) -> str:
-    found = verdict.improvement
-    return shown_by(found, verdict.headline).output if found else verdict.headline
+def _shown_output(verdict: Verdict) -> str:
+    improvement = verdict.improvement
+    return shown_by(improvement, verdict.headline).output if improvement else verdict.headline
 
 
-def _around_a_turn(verdict: Verdict) -> bool:
-    """Tell whether the figure is around a turn of a wheel."""
-    found = verdict.improvement
-    return found is not None and shown_by(found, verdict.headline).band is None
+def _is_tooth_pattern(verdict: Verdict) -> bool:
+    """Return whether the figure shows a tooth pattern over one turn of a wheel."""
+    improvement = verdict.improvement
+    return improvement is not None and shown_by(improvement, verdict.headline).band is None
 
 
 def _evidence(a: Analysis, verdict: Verdict) -> tuple[Residuals, str, WrittenUnits]:
-    """Return what the figure shows: residuals, the regressor and the units of the file."""
+    """Return the content of the figure: residuals, the regressor and the units of the file."""
     assert verdict.improvement is not None
     shown = shown_by(verdict.improvement, verdict.headline)
-    along = verdict.effects[0].regressor if verdict.effects else ""
-    along = a.free.curve.regressor if a.free and not along else along
+    regressor = verdict.effects[0].regressor if verdict.effects else ""
+    regressor = a.free.curve.regressor if a.free and not regressor else regressor
     residuals = Residuals.of(a.proof[1:], shown, verdict.written)
-    return residuals, along, verdict.written
+    return residuals, regressor, verdict.written
 
 
 def _figure(draw: Callable[[], str]) -> Markup:
-    """Figure, or the reason why it could not be drawn: the page is written all the same."""
+    """Return the figure, or a note with the error, so that the page is written in any case."""
     try:
         return Markup(draw())
-    except Exception as fault:
-        return Markup('<p class="note">Not drawn: {}</p>').format(described("figure", fault))
+    except Exception as error:
+        return Markup('<p class="note">Not drawn: {}</p>').format(described("figure", error))
 
 
 def in_the_file(a: Analysis) -> bool:
-    """Tell whether the free curve that stands is one that a file can hold."""
+    """Return whether the file can hold the accepted free curve, if there is one."""
     return a.free is None or len(accepted(a).candidates) > len(a.free.beside)
 
 
-def _undecided(verdict: Verdict) -> Iterator[tuple[str, str]]:
-    """Yield what cannot be told apart, and the trial that would tell."""
+def _indistinguishable(verdict: Verdict) -> Iterator[tuple[str, str]]:
+    """Yield the indistinguishable names, and the trial that would distinguish them."""
     for names in verdict.equivalents:
         yield "indistinguishable", tied(names, verdict).replace("_", " ")
     if verdict.next_trial:
         yield "next trial", str(verdict.next_trial["why"])
 
 
-def _unexcited(verdict: Verdict) -> Iterator[tuple[str, str]]:
-    """Yield effects and parameters of which these recordings say nothing."""
+def _not_excited(verdict: Verdict) -> Iterator[tuple[str, str]]:
+    """Yield effects and parameters that are not identifiable from these recordings."""
     if verdict.not_excited:
         yield "effects", ", ".join(verdict.not_excited).replace("_", " ")
     if verdict.not_told:
         yield "parameters", ", ".join(verdict.not_told)
 
 
-def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
-    """Yield what limits the result: heading and text."""
-    left = [c for c in a.after if c.certain]
-    if left:
+def _limitations(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
+    """Yield the limitations of the result: heading and text."""
+    residual_curves = [c for c in a.after if c.certain]
+    if residual_curves:
         yield (
             "residual",
-            f"{left[0].place}{along(left[0].regressor)}, {left[0].log_likelihood_gain:.0f} nats",
+            f"{residual_curves[0].place}{along(residual_curves[0].regressor)},"
+            f" {residual_curves[0].log_likelihood_gain:.0f} nats",
         )
     elif a.done > RESIDUAL_TEST:
         yield "residual", "no significant unmodelled dynamics"
-    for when, test in zip(("calibrated", "improved"), verdict.lack_of_fit, strict=False):
-        yield f"lack of fit, {when}", f"F = {test.f:.3g}, p = {test.p_value:.2g} (repeated trials)"
+    for system, test in zip(("calibrated", "improved"), verdict.lack_of_fit, strict=False):
+        yield (
+            f"lack of fit, {system}",
+            f"F = {test.f:.3g}, p = {test.p_value:.2g} (repeated trials)",
+        )
     if not in_the_file(a):
         yield "the curve", NOT_IN_THE_FILE
     if verdict.far:
         yield "far from the file", far_in_words(verdict.far)
-    for told in left_out(verdict):
-        yield "left out", told
+    for message in left_out(verdict):
+        yield "left out", message

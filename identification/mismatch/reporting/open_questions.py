@@ -1,14 +1,14 @@
-"""What an analysis left open, as a file from which the next trial is designed: hypotheses.json.
+"""Open questions of an analysis, for the design of the next trial: the file hypotheses.json.
 
-version     of this form
+version     version of this format
 vehicle     vehicle file of the nominal simulation, relative to this file
 improved    the improved vehicle file
 runs        recordings of the analysis, relative to this file, with the segments used
-contested   effects of the improved file that are not certain: one of the hypotheses
-questions   sets of hypotheses that exclude each other: effects that the recordings cannot tell apart, or
-            "nothing" and an effect that they would not have shown. dials: size in typical sizes and
-            shapes in prior deviations; whole: values of whole parameters; spread: standard deviation of
-            the size, in typical sizes
+contested   effects of the improved file that are only one of several indistinguishable hypotheses
+questions   sets of mutually exclusive hypotheses: indistinguishable effects, or "nothing" and an
+            effect that was not excited. dials: size in typical sizes and shapes in prior
+            deviations; whole: values of integer parameters; spread: standard deviation of the
+            size, in typical sizes
 """
 
 import json
@@ -31,13 +31,13 @@ NAME = "hypotheses.json"
 VERSION = 1
 LARGEST = 1_000_000  # bytes
 MOST_HIDDEN = 6
-"""Effects that were not excited, for which one trial is designed: it cannot show all of the library.
+"""Maximum number of not excited effects for which one trial is designed.
 
-Physics before faults of sensors, which are rarer and hardly depend on the excitation; then those that
-the recordings would nearly have shown.
+Physical effects come before sensor faults, which are rarer and hardly depend on the excitation;
+within each, those with the largest expected log-likelihood gain in these recordings come first.
 """
 TYPICAL_SPREAD = 0.5
-"""Standard deviation of a size of which recordings say nothing, in typical sizes."""
+"""Standard deviation of a size that is not identifiable, in typical sizes."""
 
 
 class StatedHypothesis(Section):
@@ -50,7 +50,7 @@ class StatedHypothesis(Section):
 
 
 class OpenQuestions(Section):
-    """Content of hypotheses.json; see the head of this file."""
+    """Content of hypotheses.json; see the docstring of this module."""
 
     version: int = VERSION
     vehicle: str
@@ -61,17 +61,17 @@ class OpenQuestions(Section):
 
 
 def open_questions_text(a: Analysis, vehicle: Path, folder: Path) -> str:
-    """Text of hypotheses.json of an analysis of a vehicle; folder: in which it lies."""
+    """Return the text of hypotheses.json. vehicle: its file; folder: of hypotheses.json."""
     assert a.named is not None
-    asked, contested = _questions(a.named)
-    found = OpenQuestions(
+    questions, contested = _questions(a.named)
+    open_questions = OpenQuestions(
         vehicle=os.path.relpath(vehicle, folder),
         improved=f"{vehicle.stem}.improved.toml",
         runs=tuple(os.path.relpath(run, folder) for run in a.runs),
         contested=contested,
-        questions=asked,
+        questions=questions,
     )
-    return json.dumps(found.model_dump(), indent=1) + "\n"
+    return json.dumps(open_questions.model_dump(), indent=1) + "\n"
 
 
 def read_open_questions(path: Path) -> OpenQuestions:
@@ -82,49 +82,52 @@ def read_open_questions(path: Path) -> OpenQuestions:
         raise InputError("not valid JSON", where=str(path), found=str(cause)) from cause
     if not isinstance(tree, dict):
         raise InputError("not valid", where=str(path), expected="a table", found=str(type(tree)))
-    found = parse(tree, OpenQuestions, where=str(path))
-    if found.version != VERSION:
+    open_questions = parse(tree, OpenQuestions, where=str(path))
+    if open_questions.version != VERSION:
         raise InputError(
             "another version of this form",
             where=str(path),
             expected=str(VERSION),
-            found=str(found.version),
+            found=str(open_questions.version),
             remedy="analyse again with this version of slipbench",
         )
-    return found
+    return open_questions
 
 
 def _questions(named: Named) -> tuple[tuple[tuple[StatedHypothesis, ...], ...], tuple[str, ...]]:
-    """Questions, and effects of the fit that are contested by them."""
+    """Return the questions, and the effects of the fit that they contest."""
     by_name = {s.candidate.name: s.candidate for s in named.scores}
-    accepted = {c.name: _fitted(named.fit, i) for i, c in enumerate(named.fit.effects)}
-    known = {name: _typical(c) for name, c in by_name.items()} | accepted
-    sets = [[known[n] for n in names if n in known] for names in equivalents(named)]
-    sets = [one for one in sets if len(one) > 1]
-    if sets:
-        return tuple(map(tuple, sets)), tuple(
-            h.effect for one in sets for h in one if h.effect in accepted
+    accepted = {c.name: _as_fitted(named.fit, i) for i, c in enumerate(named.fit.effects)}
+    hypothesis_by_name = {name: _as_screened(c) for name, c in by_name.items()} | accepted
+    questions = [
+        [hypothesis_by_name[n] for n in names if n in hypothesis_by_name]
+        for names in equivalents(named)
+    ]
+    questions = [question for question in questions if len(question) > 1]
+    if questions:
+        return tuple(map(tuple, questions)), tuple(
+            h.effect for question in questions for h in question if h.effect in accepted
         )
     nothing = StatedHypothesis(effect="nothing")
-    return tuple((nothing, _alone(c)) for c in _hidden(named)), ()
+    return tuple((nothing, _at_typical_size(c)) for c in _not_excited_candidates(named)), ()
 
 
-def _hidden(named: Named) -> list[Candidate]:
-    """Effects that were not excited, those first for which a trial should be designed."""
-    names = set(not_excited(named))
-    scores = [s for s in named.scores if s.candidate.name in names]
+def _not_excited_candidates(named: Named) -> list[Candidate]:
+    """Return the not excited effects for which a trial is designed, in order of priority."""
+    not_excited_names = set(not_excited(named))
+    scores = [s for s in named.scores if s.candidate.name in not_excited_names]
     scores.sort(key=lambda s: (s.candidate.kind.block in SENSORS, -s.typical))
     return [s.candidate for s in scores[:MOST_HIDDEN]]
 
 
-def _alone(candidate: Candidate) -> StatedHypothesis:
-    """The effect at its typical size: whatever its size, the trial that shows it is nearly the same."""
+def _at_typical_size(candidate: Candidate) -> StatedHypothesis:
+    """Return the effect at its typical size, since the best trial hardly depends on its size."""
     return StatedHypothesis(
         effect=candidate.name, dials=(1.0, *candidate.parameters[1:]), whole=candidate.integers
     )
 
 
-def _typical(candidate: Candidate) -> StatedHypothesis:
+def _as_screened(candidate: Candidate) -> StatedHypothesis:
     return StatedHypothesis(
         effect=candidate.name,
         dials=candidate.parameters,
@@ -133,10 +136,12 @@ def _typical(candidate: Candidate) -> StatedHypothesis:
     )
 
 
-def _fitted(fit: Fit, number: int) -> StatedHypothesis:
+def _as_fitted(fit: Fit, number: int) -> StatedHypothesis:
     candidate = fit.effects[number]
-    place = sum(len(c.parameters) for c in fit.candidates[: fit.candidates.index(candidate)])
-    spread = float(deviations(fit)[0][place])
+    parameter_number = sum(
+        len(c.parameters) for c in fit.candidates[: fit.candidates.index(candidate)]
+    )
+    spread = float(deviations(fit)[0][parameter_number])
     return StatedHypothesis(
         effect=candidate.name, dials=candidate.parameters, whole=candidate.integers, spread=spread
     )

@@ -18,7 +18,7 @@ from slipbench.protocol.output_folders import make_folders
 from slipbench.protocol.shipped_files import is_shipped
 
 IMPROVED = ".improved.toml"
-"""End of the name of the improved file."""
+"""Suffix of the name of the improved file."""
 
 
 def prepare_places(json_path: Path | None, folder: Path | None) -> None:
@@ -26,14 +26,14 @@ def prepare_places(json_path: Path | None, folder: Path | None) -> None:
     try:
         if json_path is not None and json_path.is_dir():
             raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(json_path))
-        places = (json_path.parent if json_path else None, folder)
-        make_folders(*(place for place in places if place is not None))
-    except OSError as fault:
-        raise _refused(fault) from fault
+        folders = (json_path.parent if json_path else None, folder)
+        make_folders(*(path for path in folders if path is not None))
+    except OSError as error:
+        raise _write_error(error) from error
 
 
 def with_training(verdict: Verdict, runs: Sequence[Path], folder: Path) -> Verdict:
-    """The verdict with its training runs, as paths from the folder of verdict.json."""
+    """Return the verdict with its training runs, as paths relative to the folder."""
     paths = [Path(os.path.relpath(run, folder)).as_posix() for run in runs]
     return replace(verdict, training=tuple(paths))
 
@@ -43,15 +43,15 @@ def write_outputs(
 ) -> list[Path]:
     """Write the requested files; return their paths, verdict.json first.
 
-    A file whose content cannot be made is named in `analysis.failure` and, in the end, in
-    verdict.json; the others are written. Raises InputError where a place cannot be written.
+    If the content of a file cannot be created, `analysis.failure` and verdict.json state it, and
+    the other files are written. Raises InputError where a file cannot be written.
     """
     written = []
     for path, text_of in _contents(analysis, verdict, vehicle, json_path, folder):
         try:
             text = text_of()
-        except Exception as fault:  # the other files must not be lost with it
-            analysis.failure = analysis.failure or described(f"writing {path.name}", fault)
+        except Exception as error:  # write the other files
+            analysis.failure = analysis.failure or described(f"writing {path.name}", error)
             continue
         _write(path, text)
         written.append(path)
@@ -61,9 +61,9 @@ def write_outputs(
 
 
 def write_improved(analysis: Analysis, path: Path) -> bool:
-    """Write the file of the system as it should have been; tell whether anything is known of it.
+    """Write the file of the improved system; return whether a fit exists.
 
-    Raises InputError where the place cannot be written.
+    Raises InputError where the file cannot be written.
     """
     fit = accepted(analysis) if analysis.named else analysis.base
     if fit is None:
@@ -76,8 +76,8 @@ def _write(path: Path, text: str) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    except OSError as fault:
-        raise _refused(fault) from fault
+    except OSError as error:
+        raise _write_error(error) from error
 
 
 def _contents(
@@ -93,20 +93,20 @@ def _contents(
     if folder is not None:
         yield folder / "memo.html", lambda: memo_page(analysis, verdict)
     if folder is not None and analysis.runs and analysis.named and analysis.system.experiments():
-        place = folder
-        yield folder / NAME, lambda: open_questions_text(analysis, vehicle, place)
+        report_folder = folder
+        yield folder / NAME, lambda: open_questions_text(analysis, vehicle, report_folder)
     if analysis.proposal is not None and folder is not None:
-        choice, file = analysis.proposal[1], os.path.relpath(vehicle, folder)
+        trial, vehicle_path = analysis.proposal[1], os.path.relpath(vehicle, folder)
         yield (
             folder / "next_trial.toml",
-            lambda: tomli_w.dumps(analysis.system.trial(choice, "next_trial", file)),
+            lambda: tomli_w.dumps(analysis.system.trial(trial, "next_trial", vehicle_path)),
         )
 
 
-def _refused(fault: OSError) -> InputError:
+def _write_error(error: OSError) -> InputError:
     return InputError(
         "a result cannot be written",
-        where=str(fault.filename),
-        found=fault.strerror or str(fault),
+        where=str(error.filename),
+        found=error.strerror or str(error),
         remedy="give another place with --json or --report",
     )

@@ -1,4 +1,4 @@
-"""The figure of the free curves: as localized, and as fitted inside the simulation."""
+"""Figure of the free curves: as localized, and as fitted inside the simulation."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,22 +20,22 @@ from slipbench.identification.report import drawing as d
 from slipbench.plant.signals import Floats
 
 SOON = 0.01
-"""Seconds after a step up to which time is drawn evenly."""
+"""Time after a step up to which the time axis is linear, s."""
 
 
 def curve_svg(located: Curve, inside: Curve | None, system: System) -> str:
-    """Draw estimated curves along their quantities, in the units of the system's file.
+    """Draw estimated curves over their regressors, in the units of the system's file.
 
-    inside: what stands in the simulation: in the same panel where it is of one place and quantity.
+    inside: curve fitted in the simulation; in the same panel if place and regressor are the same.
     """
-    both = [(located, d.BLUE, "localized")]
-    both += [(inside, d.GREEN, "in the simulation")] if inside else []
-    apart = inside is not None and not _of_one_kind(located, inside)
+    drawn_curves = [(located, d.BLUE, "localized")]
+    drawn_curves += [(inside, d.GREEN, "in the simulation")] if inside else []
+    separate_panels = inside is not None and not _same_place_and_regressor(located, inside)
     with d.style():
-        figure, panels = d.side_by_side(2, 3.0) if apart else d.panels(1, 2.8)
-        for si, colour, label in both:
-            axes = panels[-1] if si is inside else panels[0]
-            curve, unit = in_written_units(si, system)
+        figure, panels = d.side_by_side(2, 3.0) if separate_panels else d.panels(1, 2.8)
+        for drawn, colour, label in drawn_curves:
+            axes = panels[-1] if drawn is inside else panels[0]
+            curve, unit = in_written_units(drawn, system)
             axes.axhline(0.0, color=d.MUTED, lw=0.8)
             axes.plot(*_points(curve), color=colour, marker="o", ms=4, label=label)
             d.legend(axes, 2)
@@ -43,7 +43,7 @@ def curve_svg(located: Curve, inside: Curve | None, system: System) -> str:
         return d.svg(figure, "located")
 
 
-def _of_one_kind(one: Curve, other: Curve) -> bool:
+def _same_place_and_regressor(one: Curve, other: Curve) -> bool:
     return (one.place, one.regressor) == (other.place, other.regressor)
 
 
@@ -67,13 +67,13 @@ def _label(axes: Axes, curve: Curve, unit: str) -> None:
 
 
 def _points(curve: Curve) -> tuple[Floats, Floats]:
-    """The curve at its knots, or round a turn; of the past, its answer to a step."""
+    """Return the points of a curve: its knots, a turn, or the step response of a history."""
     if curve.kind == HYSTERESIS:
-        way = np.linspace(0.0, 2.0 * float(curve.knots.max()), 81)
-        return way, after_a_turn(curve.knots, curve.values, way)
+        travel = np.linspace(0.0, 2.0 * float(curve.knots.max()), 81)
+        return travel, after_a_turn(curve.knots, curve.values, travel)
     if curve.kind == TURN and curve.knots.size in ROUNDS:
-        turn = np.linspace(0.0, 2.0 * np.pi, 181)
-        return turn, curve(turn)
+        angle = np.linspace(0.0, 2.0 * np.pi, 181)
+        return angle, curve(angle)
     if curve.kind != PAST:
         return curve.knots, curve.values
     return curve.knots, step_response(curve.knots, curve.values, curve.knots)

@@ -1,4 +1,4 @@
-"""Whether the step of integration is small enough for these recordings."""
+"""Check whether the integration step is small enough for these recordings."""
 
 from dataclasses import replace
 
@@ -12,9 +12,9 @@ from slipbench.plant.errors import PlantError
 
 
 def step_note(fit: Fit) -> str:
-    """Say by how much half of the step changes the simulation; empty where that does not count.
+    """Report by how much half the step changes the simulation; empty where it is negligible.
 
-    A change worth as many nats as an effect must bring can be taken for one.
+    A change of ENOUGH nats or more can be mistaken for an effect.
     """
     nats = nats_of_half_a_step(fit)
     if nats < ENOUGH:
@@ -26,16 +26,18 @@ def step_note(fit: Fit) -> str:
 
 
 def nats_of_half_a_step(fit: Fit) -> float:
-    """Return half the square of the whitened change of all outputs; 0 where it cannot be told."""
-    finer = fit.model.system.with_half_a_step()
-    if finer is None:
+    """Return half the squared norm of the whitened change, nats; 0 where it cannot be computed."""
+    finer_system = fit.model.system.with_half_a_step()
+    if finer_system is None:
         return 0.0
     try:
-        there = predict(replace(fit.model, system=finer), fit.point)
+        finer_prediction = predict(replace(fit.model, system=finer_system), fit.point)
     except PlantError:
         return 0.0
     change = [
-        [(a - b) * k for a, b, k in zip(new, old, known, strict=True)]
-        for new, old, known in zip(there, fit.predicted, fit.model.known_bins, strict=True)
+        [(a - b) * k for a, b, k in zip(new, old, known_bins, strict=True)]
+        for new, old, known_bins in zip(
+            finer_prediction, fit.predicted, fit.model.known_bins, strict=True
+        )
     ]
     return 0.5 * float(np.sum(whiten_and_stack(fit.model, fit.noise, change) ** 2))

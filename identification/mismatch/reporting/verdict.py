@@ -1,42 +1,43 @@
 """Result of an analysis as data: the content of verdict.json.
 
-version      of this form; it counts up where a field is added
-mismatch     {found, p_value}: whether simulation and recordings differ, and the family-wise p;
-             null where the analysis ended before a conclusion
+version      version of this format; it is incremented where a field is added
+mismatch     {found, p_value}: whether a mismatch is detected, and the family-wise p-value;
+             null where the analysis stopped before a conclusion
 location     {block, injection, regressor, band, region, along, direction, shape, gain, ...}
              or null
-suspected    the same, not significant: where physics may be missing that a large held-out error
-             leaves open; null where a location is known or no error is large
+suspected    the same, not significant: possible location of missing physics where a held-out error
+             is large; null where a location is known or no error is large
 effects      [{name, subject, block, gain, trace, regressor, parameters: [{name, value, unit,
-             interval}]}], strongest first; trace: what it leaves in recordings, from the effect's
-             page; regressor: the quantity along which it acts
+             interval}]}], strongest first; trace: its response in recordings, from the effect's
+             page; regressor: the quantity over which it acts
 intervals    what the intervals of the parameters are conditional on
-unknown      {found, shape}: something is missing that no effect of the library is
-remains      {injection, regressor, shape, share}: what stays unexplained beside names that stand,
-             as a share of what they explain in mean squares; null where nothing or not weighed
-curve        {injection, unit, regressor, knots, values, gain, confirmed}: what stands in for it
-equivalents  [[names]] that these recordings cannot tell apart
-rivals       {name: {other name: nats behind}}; below zero where a less plausible one is ahead
-doubts       {name: what speaks against it beforehand} of names that cannot be told apart
-not_excited  [names] that would not have shown
-not_told     [parameters] of the vehicle file of which these recordings say nothing
-far          [parameters] that calibration moved by more than 3 of the deviations that the file states
-next_trial   {why, trial} the experiment of the menu that would tell most, or null
+unknown      {found, shape}: whether a mismatch exists that no effect of the library explains
+remains      {injection, regressor, shape, share}: residual beside the accepted effects, as a share
+             of what they explain in mean squares; null where there is none or it is not computed
+curve        {injection, unit, regressor, knots, values, gain, confirmed}: free curve instead of an
+             effect
+equivalents  [[names]] that are indistinguishable in these recordings
+rivals       {name: {other name: nats behind}}; negative where a less plausible one is better
+doubts       {name: prior doubt} of names that are indistinguishable
+not_excited  [names] of effects that these recordings do not excite enough to be detected
+not_told     [parameters] of the vehicle file that are not identifiable from these recordings
+far          [parameters] that calibration moved by more than 3 prior standard deviations
+next_trial   {why, trial} the candidate experiment with the largest expected gain, or null
 improvement  {log_likelihood_gain, interval, outputs: [{output, unit, share, simulation, one_step,
-             band, in_band}]}: held out, improved against re-calibrated; null where nothing was found
-vetoes       [{name, gain, least, reason}]: what held-out recordings contradict
+             band, in_band}]}: held out, improved against re-calibrated; null without a mismatch
+vetoes       [{name, gain, least, reason}]: effects and curves that held-out recordings contradict
 held_out     [{output, unit, nominal, calibrated, improved, floor, floor_from, interval, large}];
-             large: improved is beyond 5 times the floor
-headline     the output of the first sentence, chosen on the training recordings
-lack_of_fit  [{trials, f, p_value}] of repeated trials: re-calibrated, and with what was found
-left_out     ["recording: channel: why"] of what could not be used
+             large: improved exceeds 5 times the floor
+headline     output of the first sentence, chosen on the training recordings
+lack_of_fit  [{trials, f, p_value}] of repeated trials: re-calibrated, and improved
+left_out     ["recording: channel: why"] of data that could not be used
 training     [paths] of the training runs, relative to the folder of verdict.json, with the segment
-             that was used, as in run@0:60; empty where they are not known
+             that was used, as in run@0:60; empty where they are unknown
 check        {seed, requested, seconds, limit, ended, same, place, inside, false_alarms, effects,
              answers, failures}: how often the analysis of simulated recordings gives the same
-             answer (explain --check); null where it was not checked
+             result (explain --check); null without a check
 complete     false where the analysis was interrupted or failed
-failure      the step that failed and its error; empty where none did
+failure      the step that failed and its error; empty if none
 """
 
 import json
@@ -63,9 +64,9 @@ INTERVALS = (
 
 @dataclass(frozen=True)
 class Location:
-    """Where something is missing. band: Hz; region: range of what `along` names, SI.
+    """Where a mismatch acts. band: Hz; region: range of the quantity `along`, SI.
 
-    p_value: family-wise, of a place that is not significant; None of one that is.
+    p_value: family-wise, of a location that is not significant; None: it is significant.
     """
 
     block: str
@@ -86,7 +87,7 @@ class Location:
 class FoundEffect:
     """An effect that is missing in the simulation, with its parameters.
 
-    stated: value of the first of them with which the file has it already; None: it has it not.
+    stated: value of the first parameter in the file; None: the file does not contain the effect.
     """
 
     name: str
@@ -101,9 +102,9 @@ class FoundEffect:
 
 @dataclass(frozen=True)
 class FarParameter:
-    """A parameter that calibration moved farther than its file allows; SI.
+    """A parameter that calibration moved far from its prior mean; SI.
 
-    deviations: how far, in standard deviations that the file states of it.
+    deviations: change in prior standard deviations, which the file states.
     """
 
     key: str
@@ -114,7 +115,7 @@ class FarParameter:
 
 @dataclass(frozen=True)
 class Remains:
-    """What stays unexplained. share: of what the names explain, in mean squares."""
+    """Residual of the accepted effects. share: of what they explain, in mean squares."""
 
     injection: str
     regressor: str
@@ -124,7 +125,7 @@ class Remains:
 
 @dataclass(frozen=True)
 class FoundCurve:
-    """A free curve f(regressor) that acts inside the simulation at a place; gains in nats."""
+    """A free curve f(regressor) that acts in the simulation at a place; gains in nats."""
 
     injection: str
     unit: str
@@ -137,7 +138,7 @@ class FoundCurve:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Result of an analysis, SI; see the head of this file. written: units in which it is read."""
+    """Result of an analysis, SI; see the docstring of this module. written: units of reports."""
 
     mismatch: bool | None
     p_value: float | None
@@ -168,7 +169,7 @@ class Verdict:
     written: WrittenUnits = SI
 
     def to_pandas(self) -> Any:
-        """A pandas.DataFrame of the effects' parameters: value and 95 % interval, in SI.
+        """Return a pandas.DataFrame of the effects' parameters: value and 95 % interval, in SI.
 
         Columns: effect, subject, parameter, value, low, high, unit. Raises InputError where pandas
         is not installed.
@@ -189,12 +190,12 @@ class Verdict:
 
 
 def as_tree(verdict: Verdict) -> dict[str, Any]:
-    """Return the verdict as verdict.json tells it."""
+    """Return the verdict in the form of verdict.json."""
     tree = {"version": VERSION, **asdict(verdict), "intervals": INTERVALS}
     del tree["written"]
     tree["check"] = None if verdict.check is None else check_tree(verdict.check)
-    for error, told in zip(verdict.held_out, tree["held_out"], strict=True):
-        told["large"] = error.large
+    for error, entry in zip(verdict.held_out, tree["held_out"], strict=True):
+        entry["large"] = error.large
     tree["mismatch"] = {"found": verdict.mismatch, "p_value": tree.pop("p_value")}
     tree["unknown"] = {"found": verdict.unknown, "shape": tree.pop("shape")}
     for effect in tree["effects"]:

@@ -1,1 +1,1 @@
-"""A system beside its recordings: what its sensors would show, and where something may act."""
+"""Simulation of a system with its sensors, for comparison with recordings; injection points."""

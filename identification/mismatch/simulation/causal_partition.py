@@ -1,7 +1,7 @@
-"""The chain of cause, cut at every recorded signal, as drives and blocks.
+"""Partition of the causal graph at every recorded signal, into subsystems and output groups.
 
-A drive is one simulation, led by recorded signals. A block is a set of outputs of one drive that
-are judged together, with one noise model.
+A subsystem is one simulation, driven by recorded signals. An output group is a set of outputs of
+one subsystem that are compared with the recording together, with one noise model.
 """
 
 import math
@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class OutputGroup:
-    """subsystem: name of its simulation; outputs: sensors judged; order: of the noise model.
+    """subsystem: name of its simulation; outputs: its sensors; order: of the noise model.
 
     memory: of the noise model, in bins.
-    suspect: whether its sensors may be wrong themselves, in their clocks and in what they tell.
+    suspect: whether its sensors may have errors of their own, in their clocks and their values.
     """
 
     name: str
@@ -26,13 +26,13 @@ class OutputGroup:
 
     @property
     def sensors_suspected(self) -> bool:
-        """Whether its outputs are places at which something may act; patterns are not."""
+        """Whether its outputs are injection points of sensor errors; tooth patterns are not."""
         return self.suspect and self.order > 0
 
 
 @dataclass(frozen=True)
 class CausalPartition:
-    """subsystems: name -> inputs of the simulation that recorded signals lead; blocks, cause first."""
+    """subsystems: name -> pairs (recorded signal, input that it drives); groups: causes first."""
 
     subsystems: Mapping[str, tuple[tuple[str, str], ...]]
     groups: tuple[OutputGroup, ...]

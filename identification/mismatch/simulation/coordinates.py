@@ -1,7 +1,7 @@
-"""What is not known exactly, as numbers whose prior is the unit normal.
+"""Uncertain parameters, as coordinates with a unit normal prior.
 
 A parameter p with value p0 and half width d (95 %) is p0 exp(s x), s = d / (1.96 p0), x ~ N(0, 1):
-positive numbers err by factors. What may have either sign is p0 + s x.
+the error of a positive number is a factor. A parameter that may have either sign is p0 + s x.
 """
 
 import math
@@ -9,15 +9,15 @@ from dataclasses import dataclass
 
 NORMAL_95 = 1.959964
 STATED_SHARE = 0.05
-"""Half width (95 %) of a parameter of which the file tells none, as a share of it."""
+"""Half width (95 %) where the file states none, as a share of the value."""
 CLOCK_OWNER = "clock"
 LEAST = 0.3
-"""Share of a value that one step leaves at least."""
+"""Smallest factor by which one step may change a value."""
 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """owner: the part that has the number; scale: of the logarithm, or of the number if linear."""
+    """owner: part that has the parameter; scale: of its logarithm, or of its value if linear."""
 
     owner: str
     name: str
@@ -27,12 +27,12 @@ class Coordinate:
 
     @property
     def key(self) -> str:
-        """Name as in the file that tells the system."""
+        """Name as in the file of the system."""
         return f"{self.owner}.{self.name}"
 
     @property
     def of_clock(self) -> bool:
-        """Whether it is what a clock of these recordings is late by, s."""
+        """Whether it is the offset of a clock of these recordings, s."""
         return self.owner == CLOCK_OWNER
 
     def at(self, x: float) -> float:
@@ -42,14 +42,14 @@ class Coordinate:
         return self.value * math.exp(self.scale * x)
 
     def moved(self, x: float, step: float) -> float:
-        """Return the coordinate after a step by which the value, not its logarithm, changes in proportion.
+        """Return the coordinate after a step that changes the value, not its logarithm, linearly.
 
-        Equations contain values: numbers that make up for each other do so along a line of values.
+        Equations contain values: parameters that compensate each other do so on a line of values.
         """
         if self.linear or not self.scale:
             return x + step
         return x + math.log(max(1.0 + self.scale * step, LEAST)) / self.scale
 
     def slope(self, x: float) -> float:
-        """Return how fast the value changes with the coordinate."""
+        """Return the derivative of the value with respect to the coordinate."""
         return self.scale if self.linear else self.scale * self.at(x)

@@ -1,4 +1,4 @@
-"""What a simulation did, and how all of it changes with what is uncertain."""
+"""Outputs of a simulation and their derivatives with respect to the uncertain parameters."""
 
 from dataclasses import dataclass
 
@@ -9,8 +9,8 @@ from slipbench.identification.mismatch.simulation.sensor import Columns
 class Derivatives:
     """out: columns of a simulation, (rows,); slopes: their derivatives, (rows, directions).
 
-    known: numbers of the coordinates that the first directions are; slow: how many directions of
-    the slow unknown follow.
+    known: indices of the coordinates of the first directions; slow: number of directions of the
+    slow disturbance, which follow.
     """
 
     out: Columns

@@ -1,4 +1,4 @@
-"""Where something may act: a place, and what a push there is."""
+"""Injection points of a system, and the inputs that carry a disturbance there."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class InjectionPoint:
-    """A place. subsystem: where it acts; size: of a push worth trying, in its unit, SI.
+    """subsystem: where it acts; size: typical magnitude of a disturbance, in its unit, SI.
 
-    inputs: inputs of the simulation and their size per unit; its system makes columns of them. None
-    means a sensor, which answers by itself, at once. negligible: share of the size below which nothing
-    that acts there is of any interest.
+    inputs: inputs of the simulation and their values per unit of the disturbance; the system makes
+    columns of them. Empty: a sensor, which responds without a simulation and without delay.
+    negligible: share of the size below which a disturbance is of no interest.
     """
 
     name: str

@@ -1,7 +1,7 @@
-"""A course that is pushed at a place, row by row, beside whatever else acts.
+"""A disturbance waveform that is added to inputs of the simulation at an injection point, by row.
 
-It stands among the effects of a point, so that what has no equation is fitted together with
-everything that has; no system knows it, and the model adds it to the inputs of the simulation.
+It is one of the effects of a point, so that a disturbance without an equation is fitted jointly
+with all other effects. Systems do not handle it; the model adds it to the simulation's inputs.
 """
 
 from collections.abc import Mapping
@@ -13,14 +13,14 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True, eq=False)
 class InputDisturbance(Effect):
-    """subsystem: in which it acts; waveforms: what is added to columns of the inputs, by record."""
+    """subsystem: where it acts; waveforms: by record, values added to columns of the inputs."""
 
     name = "push"
     block = ""
     shows_in = ()
     confused_with = ()
 
-    # Effects are equal by their parameters, of which this one has none.
+    # Effects compare equal by their parameters; this one has none.
     __eq__ = object.__eq__
     __hash__ = object.__hash__
 

@@ -1,4 +1,4 @@
-"""The simulation put beside the recordings: from coordinates and effects to what sensors show."""
+"""Model of the recordings: from coordinates and effects to the predicted sensor outputs."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,17 +21,17 @@ from slipbench.plant.encoder import Misplaces
 from slipbench.plant.signals import Floats
 
 Series = list[list[Floats]]
-"""By block and record: (T, m)."""
+"""By output group and record: (T, m)."""
 Runs = dict[tuple[int, str], Columns]
-"""Simulations by record and drive."""
+"""Simulations by record and subsystem."""
 LOOK = 0.02
-"""Of a coordinate, between two looks of a sensor at a simulation."""
+"""Finite-difference step of a coordinate, for derivatives of sensor outputs."""
 PUNCTUAL: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)
 class Point:
-    """Where the model stands. x: coordinates of the system; q: slow unknown by record; effects."""
+    """Parameter point. x: coordinates of the system; q: slow disturbance by record; effects."""
 
     x: Floats
     q: tuple[Floats, ...]
@@ -40,10 +40,10 @@ class Point:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Records, the blocks they carry, and what is uncertain of the system.
+    """Records, their output groups, and the uncertain parameters of the system.
 
-    injected: by record, columns of the inputs to which something is added at every simulation.
-    stepless: whether sensors tell without the coarse steps that an effect gives them.
+    injected: by record, values added to columns of the inputs in every simulation.
+    stepless: whether sensors report without the coarse quantization that an effect gives them.
     """
 
     system: System
@@ -55,12 +55,12 @@ class Model:
 
     @once
     def measured(self) -> Series:
-        """What was recorded."""
+        """Recorded outputs."""
         return [[_stack(b, r, None) for r in self.records] for b in self.partition.groups]
 
     @once
     def known_bins(self) -> Series:
-        """1 where something was recorded, 0 elsewhere."""
+        """1 for bins with recorded samples, 0 for others."""
         return [
             [
                 np.column_stack([r.sensors[o].known for o in b.outputs]).astype(float)
@@ -71,42 +71,42 @@ class Model:
 
     @once
     def clocks(self) -> list[tuple[int, Coordinate]]:
-        """What is uncertain of the clocks, with the number of each coordinate."""
+        """Coordinates of clock offsets, each with its index."""
         return [(i, k) for i, k in enumerate(self.known) if k.of_clock]
 
     @once
     def coarse(self) -> "Model":
-        """The same with coarser steps of integration, to compare simulations with each other."""
+        """The same model with coarser integration steps, to compare simulations with each other."""
         model = self._like(replace(self, system=self.system.coarse()))
         model.__dict__["coarse"] = model
         return model
 
     @once
     def for_slopes(self) -> "Model":
-        """The coarse one without what sensors round: a staircase has no slope that leads on."""
+        """The coarse model without rounding in sensors: a staircase has no useful derivative."""
         return self._like(replace(self.coarse, stepless=True))
 
     def _like(self, other: "Model") -> "Model":
-        """Return another of the same records, what was measured shared."""
+        """Return another model of the same records, with shared measurements."""
         other.__dict__.update(measured=self.measured, known_bins=self.known_bins)
         return other
 
     def uncertain_of(self, known: list[Coordinate]) -> "Model":
-        """Return the same, certain of all other numbers; with coarse steps if this one has them."""
+        """Return the same model with only these parameters uncertain; coarse if this one is."""
         model = self._like(replace(self, known=known))
         if self.coarse is self:
             model.__dict__["coarse"] = model
         return model
 
     def until(self, share: float) -> "Model":
-        """Return the same, of which only the beginning of each record counts as recorded.
+        """Return the same model with only the first share of each record counted as recorded.
 
-        Patterns of teeth have no beginning: they count as a whole.
+        Tooth patterns always count completely.
         """
-        parts = [share if block.order else 1.0 for block in self.partition.groups]
+        shares = [share if group.order else 1.0 for group in self.partition.groups]
         known = [
             [k * (np.arange(len(k)) < part * len(k))[:, None] for k in ks]
-            for part, ks in zip(parts, self.known_bins, strict=True)
+            for part, ks in zip(shares, self.known_bins, strict=True)
         ]
         model = replace(self)
         model.__dict__.update(measured=self.measured, known_bins=known)
@@ -115,17 +115,17 @@ class Model:
         return model
 
     def origin(self) -> Point:
-        """Return the system as its file tells it, with nothing slow acting."""
+        """Return the prior mean: parameters as in the file, without slow disturbance."""
         slow = tuple(np.zeros(r.slow.shape[1]) for r in self.records)
         return Point(np.zeros(len(self.known)), slow)
 
     def at(self, point: Point) -> System:
-        """Return the system that a point describes, effects of its file included."""
-        known_to_it = [e for e in point.effects if not isinstance(e, InputDisturbance)]
-        return self.system.at(self.known, point.x, known_to_it)
+        """Return the system at a point, effects of its file included."""
+        system_effects = [e for e in point.effects if not isinstance(e, InputDisturbance)]
+        return self.system.at(self.known, point.x, system_effects)
 
     def subsystems_changed_by(self, effect: Effect) -> tuple[str, ...]:
-        """Return the drives of which an effect can change what the outputs show."""
+        """Return the subsystems whose outputs an effect can change."""
         if isinstance(effect, InputDisturbance):
             return (effect.subsystem,)
         return tuple(
@@ -133,30 +133,30 @@ class Model:
         )
 
     def changes_only_sensors(self, effect: Effect) -> bool:
-        """Tell whether an effect leaves every simulation as it is."""
+        """Return whether an effect leaves every simulation unchanged."""
         return not isinstance(effect, InputDisturbance) and self.system.changes_only_sensors(
             effect, self.partition
         )
 
 
 def models(system: System, *sets: Sequence[Record]) -> list[Model]:
-    """Put a system beside sets of recordings, cut alike and with the same uncertain numbers."""
-    ready = [r for records in sets for r in records]
-    cut = system.partition(ready)
-    known = system.coordinates(ready, cut)
-    return [Model(system, tuple(records), cut, known) for records in sets]
+    """Return a model for each set of records, with the same partition and uncertain parameters."""
+    together = [r for records in sets for r in records]
+    partition = system.partition(together)
+    known = system.coordinates(together, partition)
+    return [Model(system, tuple(records), partition, known) for records in sets]
 
 
 def acting(
     model: Model, point: Point, record: int, extra: Mapping[str, Floats] | None = None
 ) -> dict[str, Floats]:
-    """Return what is added to columns of a record's inputs: injected, pushed at a point, extra."""
-    pushed = [e.waveforms[record] for e in point.effects if isinstance(e, InputDisturbance)]
-    found: dict[str, Floats] = {}
-    for courses in (*model.injected[record : record + 1], *pushed, extra or {}):
-        for name, course in courses.items():
-            found[name] = found[name] + course if name in found else course
-    return found
+    """Return values added to a record's inputs: injected, of the point's effects, extra."""
+    disturbances = [e.waveforms[record] for e in point.effects if isinstance(e, InputDisturbance)]
+    added: dict[str, Floats] = {}
+    for waveforms in (*model.injected[record : record + 1], *disturbances, extra or {}):
+        for name, waveform in waveforms.items():
+            added[name] = added[name] + waveform if name in added else waveform
+    return added
 
 
 def simulate(
@@ -167,10 +167,12 @@ def simulate(
     extra: Mapping[str, Floats] | None = None,
     system: System | None = None,
 ) -> Columns:
-    """Run one drive of one record. extra: what is added to columns of the inputs."""
-    there = model.at(point) if system is None else system
+    """Simulate one subsystem of one record. extra: values added to columns of the inputs."""
+    simulated = model.at(point) if system is None else system
     added = acting(model, point, record, extra)
-    return there.simulate(model.records[record], model.partition, subsystem, point.q[record], added)
+    return simulated.simulate(
+        model.records[record], model.partition, subsystem, point.q[record], added
+    )
 
 
 def predict(
@@ -180,65 +182,65 @@ def predict(
     records: Iterable[int] | None = None,
     runs: Runs | None = None,
 ) -> Series:
-    """Return what the sensors would show; blocks of other drives or records are left empty.
+    """Return the predicted outputs; output groups of other subsystems or records stay empty.
 
-    runs: simulations that hold for this point, if there are any; those made here are added.
+    runs: simulations of this point, if there are any; new simulations are added.
     """
     system = model.at(point)
     effects = [e for e in system.effects if not (model.stepless and isinstance(e, Rounds))]
-    wanted = set(model.partition.subsystems if subsystems is None else subsystems)
-    found: Series = [[np.empty(0)] * len(model.records) for _ in model.partition.groups]
+    requested = set(model.partition.subsystems if subsystems is None else subsystems)
+    predicted: Series = [[np.empty(0)] * len(model.records) for _ in model.partition.groups]
     for r in range(len(model.records)) if records is None else records:
-        outs = {d: _run(model, point, r, d, runs, system) for d in wanted}
-        for b, block in enumerate(model.partition.groups):
-            if block.subsystem in wanted:
+        outs = {d: _run(model, point, r, d, runs, system) for d in requested}
+        for b, group in enumerate(model.partition.groups):
+            if group.subsystem in requested:
                 record = model.records[r]
-                seen = _stack(
-                    block, record, outs[block.subsystem], effects, lateness(model, point, block)
+                outputs = _stack(
+                    group, record, outs[group.subsystem], effects, lateness(model, point, group)
                 )
-                misplace(seen, block.outputs, record, system.effects)
-                found[b][r] = seen
-    return found
+                misplace(outputs, group.outputs, record, system.effects)
+                predicted[b][r] = outputs
+    return predicted
 
 
 def look_along(
-    model: Model, point: Point, system: System, block: int, record: int, run: Derivatives
+    model: Model, point: Point, system: System, group_index: int, record: int, run: Derivatives
 ) -> Floats:
-    """Return how a block's outputs change with what a run was differentiated to, (T, m, k)."""
-    sensors, effects, late = _seen_by(model, point, system, block, record)
-    shown = [
-        s.observe_derivatives(run.out, run.slopes, effects, late.get(s.clock, 0.0), LOOK)
+    """Return derivatives of an output group in the directions of a run, (T, m, k)."""
+    sensors, effects, clock_offsets = _sensors_of(model, point, system, group_index, record)
+    slopes = [
+        s.observe_derivatives(run.out, run.slopes, effects, clock_offsets.get(s.clock, 0.0), LOOK)
         for s in sensors
     ]
-    return np.stack(shown, axis=1)
+    return np.stack(slopes, axis=1)
 
 
 def late_slopes(
-    model: Model, point: Point, system: System, block: int, record: int, out: Columns
+    model: Model, point: Point, system: System, group_index: int, record: int, out: Columns
 ) -> dict[int, Floats]:
-    """Return how a block's outputs change with each clock's coordinate, (T, m) by its number."""
-    sensors, effects, late = _seen_by(model, point, system, block, record)
-    found = {}
+    """Return derivatives of an output group to each clock's coordinate, (T, m) by its index."""
+    sensors, effects, clock_offsets = _sensors_of(model, point, system, group_index, record)
+    slopes = {}
     for i, known in enumerate(model.known):
-        if known.name in late and known.of_clock:
+        if known.name in clock_offsets and known.of_clock:
             step = LOOK * known.slope(float(point.x[i]))
-            there = {**late, known.name: late[known.name] + step}
+            shifted = {**clock_offsets, known.name: clock_offsets[known.name] + step}
             both = [
                 np.column_stack([s.observe(out, effects, d.get(s.clock, 0.0)) for s in sensors])
-                for d in (there, late)
+                for d in (shifted, clock_offsets)
             ]
-            found[i] = (both[0] - both[1]) / LOOK
-    return found
+            slopes[i] = (both[0] - both[1]) / LOOK
+    return slopes
 
 
-def _seen_by(
-    model: Model, point: Point, system: System, block: int, record: int
+def _sensors_of(
+    model: Model, point: Point, system: System, group_index: int, record: int
 ) -> tuple[list[Sensor], list[Effect], dict[str, float]]:
-    """Sensors of a block, effects that act in them, and by how much their clocks tell too much."""
+    """Return the sensors of an output group, effects on them, and their clock offsets in s."""
     effects = [e for e in system.effects if not (model.stepless and isinstance(e, Rounds))]
-    cut = model.partition.groups[block]
-    sensors = [model.records[record].sensors[o] for o in cut.outputs]
-    return sensors, effects, lateness(model, point, cut)
+    group = model.partition.groups[group_index]
+    sensors = [model.records[record].sensors[o] for o in group.outputs]
+    return sensors, effects, lateness(model, point, group)
 
 
 def _run(
@@ -251,37 +253,37 @@ def _run(
     return runs[record, subsystem]
 
 
-def lateness(model: Model, point: Point, block: OutputGroup) -> dict[str, float]:
-    """Return by how many seconds each clock shows more than it should, where that is doubted."""
-    clocks = model.clocks if block.sensors_suspected else ()
+def lateness(model: Model, point: Point, group: OutputGroup) -> dict[str, float]:
+    """Return the offset of each uncertain clock, s; positive where it shows too much."""
+    clocks = model.clocks if group.sensors_suspected else ()
     return {k.name: k.at(float(point.x[i])) for i, k in clocks}
 
 
 def misplace(
-    seen: Floats, outputs: Iterable[str], record: Record, effects: Iterable[Effect]
+    values: Floats, outputs: Iterable[str], record: Record, effects: Iterable[Effect]
 ) -> None:
-    """Add to outputs (T, m) what displaced teeth make of them."""
+    """Add the effect of displaced teeth to outputs (T, m)."""
     for effect in effects:
         if hasattr(effect, "tooth_offsets"):
             assert isinstance(effect, Misplaces)
             for j, output in enumerate(outputs):
                 sensor = record.sensors[output]
                 if sensor.offsets is not None and output.startswith(effect.encoder.split("_")[0]):
-                    seen[:, j] += sensor.misplaced(effect.tooth_offsets(sensor.offsets.shape[1]))
+                    values[:, j] += sensor.misplaced(effect.tooth_offsets(sensor.offsets.shape[1]))
 
 
 def _stack(
-    block: OutputGroup,
+    group: OutputGroup,
     record: Record,
     out: Columns | None,
     effects: Iterable[Effect] = (),
-    late: Mapping[str, float] = PUNCTUAL,
+    clock_offsets: Mapping[str, float] = PUNCTUAL,
 ) -> Floats:
-    """Put a block's outputs side by side, (T, m): as recorded where no simulation is given."""
-    sensors = [record.sensors[o] for o in block.outputs]
+    """Stack the outputs of a group, (T, m): as recorded where no simulation is given."""
+    sensors = [record.sensors[o] for o in group.outputs]
     return np.column_stack(
         [
-            s.value if out is None else s.observe(out, effects, late.get(s.clock, 0.0))
+            s.value if out is None else s.observe(out, effects, clock_offsets.get(s.clock, 0.0))
             for s in sensors
         ]
     )

@@ -1,4 +1,4 @@
-"""A property that is worked out once for an object, by whichever thread asks first."""
+"""A property that is computed once for an object, by the first thread that reads it."""
 
 from collections.abc import Callable
 from typing import Any, Generic, Self, TypeVar, overload
@@ -9,8 +9,8 @@ Value = TypeVar("Value")
 class once(Generic[Value]):  # noqa: N801  # a decorator, as functools.cached_property
     """functools.cached_property without the lock that Python 3.11 holds for all objects of a class.
 
-    Under it simulations of two threads would wait for each other. Two threads that ask one object
-    at once may both work it out; both find the same.
+    With that lock, simulations of two threads would wait for each other. Two threads that read the
+    property of one object at the same time may both compute it; both get the same value.
     """
 
     def __init__(self, work: Callable[[Any], Value]) -> None:
@@ -28,5 +28,5 @@ class once(Generic[Value]):  # noqa: N801  # a decorator, as functools.cached_pr
         if of is None:
             return self
         value = self.work(of)
-        of.__dict__[self.name] = value  # found first from now on
+        of.__dict__[self.name] = value  # has priority over this descriptor from now on
         return value

@@ -1,4 +1,4 @@
-"""A piece of a recording: runs/lap@0:60 is its first minute, runs/lap@60: what comes after."""
+"""A piece of a recording: runs/lap@0:60 is its first minute, runs/lap@60: the remainder."""
 
 import math
 from dataclasses import dataclass, replace
@@ -24,7 +24,10 @@ class Piece:
 
     @classmethod
     def of(cls, path: Path) -> Self:
-        """Take `folder@start:end` apart; a path without @ is the whole recording."""
+        """Parse `folder@start:end`; a path without @ is the entire recording.
+
+        Raises InputError where the span is not valid.
+        """
         head, at, span = path.name.rpartition("@")
         if not at or path.exists():
             return cls(path)
@@ -42,22 +45,22 @@ class Piece:
         return cls(path.with_name(head), start, end)
 
     def meets(self, other: "Piece") -> bool:
-        """Tell whether both have some time of one recording."""
+        """Return whether both overlap in time in one recording."""
         same = self.folder.resolve() == other.folder.resolve()
         return same and self.start < other.end and other.start < self.end
 
     def read(self) -> Recording:
         """Read the recording, cut to the piece."""
-        whole = read_recording(self.folder)
+        recording = read_recording(self.folder)
         if math.isinf(self.start) and math.isinf(self.end):
-            return whole
-        cut = {role: self._cut(channel) for role, channel in whole.channels.items()}
-        name = f"{whole.folder.name}@{self._edge(self.start)}:{self._edge(self.end)}"
-        return replace(whole, folder=whole.folder.with_name(name), channels=cut)
+            return recording
+        cut = {role: self._cut(channel) for role, channel in recording.channels.items()}
+        name = f"{recording.folder.name}@{self._edge(self.start)}:{self._edge(self.end)}"
+        return replace(recording, folder=recording.folder.with_name(name), channels=cut)
 
     def _cut(self, channel: Channel) -> Channel:
         if channel.clock != BUS and channel.arrival is None:
-            return channel  # nobody knows which part of it belongs here
+            return channel  # its time on the bus is unknown
         time = channel.time if channel.arrival is None else channel.arrival
         keep: np.ndarray[tuple[int], np.dtype[np.bool_]] = (time >= self.start) & (time < self.end)
         arrival = None if channel.arrival is None else channel.arrival[keep]

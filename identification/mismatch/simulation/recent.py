@@ -1,4 +1,4 @@
-"""Results that are needed again soon: the last few are kept for each recording."""
+"""Cache of results: the last few are kept for each recording."""
 
 from collections.abc import Callable, Hashable
 from typing import Generic, TypeVar
@@ -12,8 +12,8 @@ Result = TypeVar("Result")
 class Recent(Generic[Result]):
     """The results of the last few keys of each recording, the oldest dropped first.
 
-    A recording that is gone takes its results with it. Two threads that need one result at once may
-    both compute it; both find the same. Results are shared, so nobody may write into them.
+    Results of a deleted recording are deleted with it. Two threads that need one result at the same
+    time may both compute it; both get the same. Results are shared and must not be modified.
     """
 
     def __init__(self, most: int) -> None:
@@ -21,13 +21,13 @@ class Recent(Generic[Result]):
         self._kept: WeakKeyDictionary[Record, dict[Hashable, Result]] = WeakKeyDictionary()
 
     def of(self, record: Record, key: Hashable, work: Callable[[], Result]) -> Result:
-        """Return the result of a key, computed where it is not kept."""
+        """Return the result of a key; compute it if it is not kept."""
         kept = self._kept.setdefault(record, {})
-        found = kept.get(key)
-        if found is None:
-            found = work()
+        result = kept.get(key)
+        if result is None:
+            result = work()
         kept.pop(key, None)
-        kept[key] = found  # the newest stands last
+        kept[key] = result  # the newest is last
         for old in list(kept)[: -self._most]:
             kept.pop(old, None)
-        return found
+        return result

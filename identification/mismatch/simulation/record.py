@@ -1,4 +1,4 @@
-"""A recording made ready to be simulated again."""
+"""A recording prepared for simulation."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """One recording, ready.
+    """One prepared recording.
 
     start: s, bus time of row 0. inputs: (rows, k), columns as its system has them. measured: role
-    -> its value at the end of each row. sensors: by name, in order. slow: (rows, K), what may act
-    unknown and slowly on this record, per unit of each coordinate; its system knows on what. notes:
-    what a reader of the verdict must know of it. left_out: channels of no use, and why. turned:
-    rad, where what turns unseen, such as a crank, stood at row 0, as far as it was read off.
+    -> its value at the end of each row. sensors: by name, in order. slow: (rows, K), slow
+    disturbance of this record per unit of each coordinate; its system defines where it acts. notes:
+    remarks for the reader of the verdict. left_out: channels not used, and why. turned: rad, angle
+    at row 0 of a part whose angle is not recorded, such as a crank, as far as it was estimated.
     """
 
     name: str

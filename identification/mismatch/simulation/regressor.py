@@ -1,16 +1,15 @@
-"""Along what a free curve acts: a quantity now, its past, its turning back, or as its scale.
+"""Regressors of a free curve: a quantity z now, its past, its hysteresis, its scale, or its turn.
 
-Of the value now it is a broken line f(z) over knots of z. Of the past it is a broken line over the
-lag: what a step of z has brought about so many seconds later, so that delays, lags and resonances
-are all of one kind. Of turning back it is a sum of elements that follow z as far as their half
-width allows and then slide: the stops of Prandtl and Ishlinskii (Brokate and Sprekels, "Hysteresis
-and Phase Transitions" (1996), section 2.3), by which play and dry friction differ from any f(z).
-As a scale it is f(z) x, a broken line over z by which another quantity x counts for more or less.
-Of a turn of an angle it is what comes back at every turn: its first orders, without their mean,
-since what is there all round is none of the angle's.
+Now: a piecewise linear function f(z) with knots in z. Past: a step response to z, piecewise linear
+over the lag, so that delays, lags and resonances have the same form. Hysteresis: a sum of elements
+that follow z within their half width and then slide, the stops of Prandtl and Ishlinskii (Brokate
+and Sprekels, "Hysteresis and Phase Transitions" (1996), section 2.3), by which play and dry
+friction differ from any f(z). Scale: f(z) x, a piecewise linear gain over z of another quantity x.
+Turn: a periodic function of an angle, its first orders without the mean, since a constant does not
+depend on the angle.
 
-All of them are linear in their values, and are evaluated row by row of a simulation, since what
-lasts some milliseconds or goes round with a wheel is not seen in the means of longer bins.
+All curves are linear in their values. They are evaluated for every row of a simulation, since
+effects of some milliseconds or of a wheel's angle are averaged out in longer bins.
 """
 
 from collections.abc import Iterator
@@ -26,47 +25,47 @@ HYSTERESIS = "hysteresis of "
 SCALE = "scale of "
 DETAIL = "detail of "
 OVER = " along "
-"""Between the quantity that is scaled and the one that tells by how much."""
+"""Between the scaled quantity and the quantity on which the scale depends."""
 TURN = "turn of "
 ANGLE = TURN + "rear wheel"
 LAGS = np.array((0.0, 0.005, 0.012, 0.03, 0.07, 0.15, 0.3, 0.6, 1.2, 2.4))
-"""Seconds after a step."""
+"""Lags after a step, s."""
 WIDTHS = np.array((0.0, 0.004, 0.012, 0.04, 0.12, 0.4))
-"""Half widths in shares of the quantity's range; 0 stands for the quantity itself."""
+"""Half widths as shares of the quantity's range; 0 stands for the quantity itself."""
 KNOTS = 7
-"""Of a broken line; of a turn evenly round, which tell its orders up to the third."""
+"""Knots of a piecewise linear curve, or of a turn: there evenly spaced, for orders up to 3."""
 FINE = 30
 ROUNDS = (7, 15, 31)
-"""Knots evenly round a turn once a curve is known to be there: orders up to the third, and so on."""
+"""Evenly spaced knots of a turn once a curve is detected: for orders up to 3, 7 and 15."""
 HALVED = {HYSTERESIS: 0, DETAIL: 2}
-"""How often the distances of knots are halved once a curve is known to be there; else once."""
+"""How often knot spacings are halved once a curve is detected; 1 for other kinds."""
 KINDS = (PAST, HYSTERESIS, SCALE, DETAIL, TURN)
 ENDS = (0.002, 0.998)
 """Quantiles of a quantity that count as the ends of its range."""
 
 
 def kind_of(regressor: str) -> str:
-    """Return what a regressor begins with: one of KINDS, or nothing: the value now.
+    """Return the kind of a regressor: one of KINDS, or an empty string for the value now.
 
-    Knots are lags (s) of a past, half widths (in the quantity's unit) of a hysteresis, else values
-    of the quantity; of its detail many; of a turn angles evenly round it. The course of a scale is
-    two quantities, (2, rows).
+    Knots are lags (s) of a past, half widths (in the quantity's unit) of a hysteresis, evenly
+    spaced angles of a turn, else values of the quantity (many of them for its detail). The waveform
+    of a scale consists of two quantities, (2, rows).
     """
     return next((kind for kind in KINDS if regressor.startswith(kind)), "")
 
 
 def quantity_of(regressor: str) -> str:
-    """Return the quantity on whose axis a curve is drawn."""
+    """Return the quantity on the abscissa of a curve."""
     return regressor.removeprefix(kind_of(regressor)).rpartition(OVER)[2]
 
 
-def scale(what: Floats, along: Floats) -> Floats:
-    """Return the course of a regressor that scales one quantity along another, (2, rows)."""
-    return np.stack((along, what))
+def scale(scaled: Floats, abscissa: Floats) -> Floats:
+    """Return the waveform of a regressor that scales one quantity over another, (2, rows)."""
+    return np.stack((abscissa, scaled))
 
 
 def knots_for(regressor: str, z: Floats) -> Floats:
-    """Return where a curve has its values: knots of z, lags or half widths; empty: no use.
+    """Return the knots of a curve: of z, lags or half widths; empty where z does not vary.
 
     z: the quantity alone, (rows,) or bins.
     """
@@ -81,9 +80,9 @@ def knots_for(regressor: str, z: Floats) -> Floats:
 
 
 def columns(regressor: str, z: Floats, knots: Floats, step: float) -> Iterator[Floats]:
-    """Yield the courses, (rows,) one for each knot, of which a curve is the sum.
+    """Yield the columns, (rows,), one for each knot, of which a curve is the weighted sum.
 
-    z: the quantity, (rows,), or what `scale` gives; step: s, of a row.
+    z: the quantity, (rows,), or the result of `scale`; step: s, of a row.
     """
     if kind_of(regressor) == PAST:
         yield from _past(z - z.mean(), knots, step)
@@ -93,14 +92,14 @@ def columns(regressor: str, z: Floats, knots: Floats, step: float) -> Iterator[F
         for row in np.eye(knots.size):
             yield z[1] * np.interp(z[0], knots, row)
     elif kind_of(regressor) == TURN:
-        yield from _round(z, knots)
+        yield from _fourier(z, knots)
     else:
         for row in np.eye(knots.size):
             yield np.interp(z, knots, row)
 
 
 def course(regressor: str, z: Floats, knots: Floats, values: Floats, step: float) -> Floats:
-    """Return the curve along a course, (rows,)."""
+    """Return the waveform of a curve, (rows,)."""
     if kind_of(regressor) == SCALE:
         return np.asarray(z[1] * np.interp(z[0], knots, values))
     if kind_of(regressor) in ("", DETAIL):
@@ -110,7 +109,7 @@ def course(regressor: str, z: Floats, knots: Floats, values: Floats, step: float
 
 
 def half_range(regressor: str, z: Floats, knots: Floats) -> Floats:
-    """Return how far the courses of the knots go, (knots,), in what their values are told per."""
+    """Return the magnitude of each knot's column, (knots,), in the unit of the column."""
     if kind_of(regressor) == PAST:
         return np.full(knots.size, float(np.std(z)))
     if kind_of(regressor) == HYSTERESIS:
@@ -121,52 +120,55 @@ def half_range(regressor: str, z: Floats, knots: Floats) -> Floats:
 
 
 def finer(regressor: str, knots: Floats) -> Floats:
-    """Return the knots with others between, as `HALVED` tells; half widths are enough."""
+    """Return the knots with others in between, as set in `HALVED`; half widths stay as they are."""
     for _ in range(HALVED.get(kind_of(regressor), 1)):
         knots = np.sort(np.concatenate((knots, 0.5 * (knots[1:] + knots[:-1]))))
     return knots
 
 
 def evenly_round(count: int) -> Floats:
-    """Return angles evenly round a turn, rad."""
+    """Return evenly spaced angles of a turn, rad."""
     return 2.0 * np.pi * np.arange(count) / count
 
 
 def step_response(knots: Floats, values: Floats, time: Floats) -> Floats:
-    """What a curve of the past answers to a step of its quantity, after so many seconds."""
+    """Return the step response of a curve of the past. time: s after a step of its quantity."""
     return np.interp(time, knots, np.cumsum(values))
 
 
-def after_a_turn(widths: Floats, values: Floats, way: Floats) -> Floats:
-    """What a curve of hysteresis has changed by, so far back after a turn, slopes of z aside."""
-    slid = widths > 0.0
-    return np.asarray(np.minimum(way[:, None], 2.0 * widths[slid]) @ values[slid])
+def after_a_turn(widths: Floats, values: Floats, distance: Floats) -> Floats:
+    """Return the change of a hysteresis curve after a reversal, without its part linear in z.
+
+    distance: of z since the reversal, in the unit of the half widths.
+    """
+    slides = widths > 0.0
+    return np.asarray(np.minimum(distance[:, None], 2.0 * widths[slides]) @ values[slides])
 
 
 def knots_between(z: Floats, count: int) -> Floats:
-    """Knots half at quantiles, half evenly, no two nearer than a fifth of an even step."""
+    """Return means of quantiles and even knots, none closer than a fifth of an even step."""
     low, high = np.quantile(z, ENDS)
     if not high > low:
         return np.empty(0)
-    wanted = 0.5 * np.quantile(z, np.linspace(*ENDS, count)) + 0.5 * np.linspace(low, high, count)
-    return wanted[np.concatenate(([True], np.diff(wanted) > 0.2 * (high - low) / (count - 1)))]
+    knots = 0.5 * np.quantile(z, np.linspace(*ENDS, count)) + 0.5 * np.linspace(low, high, count)
+    return knots[np.concatenate(([True], np.diff(knots) > 0.2 * (high - low) / (count - 1)))]
 
 
-def _round(z: Floats, knots: Floats) -> Iterator[Floats]:
-    """Yield, of each knot, the orders that meet 1 there and 0 at all others, less their mean."""
+def _fourier(z: Floats, knots: Floats) -> Iterator[Floats]:
+    """Yield, for each knot, the orders that are 1 there and 0 at all others, less their mean."""
     orders = np.arange(1, (knots.size - 1) // 2 + 1)
     for knot in knots:
         yield 2.0 / knots.size * np.cos(orders[:, None] * (z - knot)).sum(axis=0)
 
 
 def _past(z: Floats, lags: Floats, step: float) -> Iterator[Floats]:
-    """Yield z itself, then its means between each two lags; before the start it stood still."""
+    """Yield z itself, then its mean between each two lags; z is constant before the start."""
     yield z
-    summed = np.concatenate(([0.0], np.cumsum(z) * step))
+    integrated = np.concatenate(([0.0], np.cumsum(z) * step))
     now = step * np.arange(1, z.size + 1)
 
     def integral(until: Floats) -> Floats:
-        inside = np.interp(until, step * np.arange(z.size + 1), summed)
+        inside = np.interp(until, step * np.arange(z.size + 1), integrated)
         return np.asarray(inside + np.minimum(until, 0.0) * z[0])
 
     for near, far in pairwise(lags):
@@ -174,17 +176,17 @@ def _past(z: Floats, lags: Floats, step: float) -> Iterator[Floats]:
 
 
 def _stops(z: Floats, widths: Floats) -> Iterator[Floats]:
-    """Yield what follows z within each half width, and slides beyond; 0: z itself."""
+    """Yield stop elements, which follow z within their half width and then slide; 0: z itself."""
     for width in widths:
         yield _stop(z, float(width)) if width > 0.0 else z
 
 
 @njit(cache=True)
 def _stop(z: Floats, width: float) -> Floats:
-    found = np.empty_like(z)
+    output = np.empty_like(z)
     now, before = 0.0, z[0]
     for i in range(z.size):
         now = min(max(now + z[i] - before, -width), width)
         before = z[i]
-        found[i] = now
-    return found
+        output[i] = now
+    return output

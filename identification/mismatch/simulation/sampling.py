@@ -1,8 +1,8 @@
-"""The simulated motorcycle is seen at the very instants at which the recorded one was seen.
+"""Sampling of a simulation at the instants of the recorded samples.
 
-Interpolation, tooth intervals, their mean over a bin of time: all of it is linear in what the
-simulation gives once a row. So a sensor is a sparse matrix that acts on columns of the
-simulation's output, and the recorded samples pass through the same last steps.
+Interpolation, tooth intervals and their mean over a time bin are linear in the rows of a
+simulation. So a sensor is a sparse matrix that acts on columns of the simulation's output, and the
+recorded samples pass through the same last steps.
 """
 
 from dataclasses import dataclass
@@ -15,15 +15,17 @@ from slipbench.protocol.recording.channel import FloatArray
 
 Matrix = sparse.csr_array
 LOBES = 8
-"""Of the sinc on either side; with 8 a swing at 0.4 of the rows' rate is told within 3 %."""
+"""Lobes of the sinc on either side; 8 reproduce a sine at 0.4 of the row rate within 3 %."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Bins of time in which residuals are judged.
+    """Time bins of the residuals.
 
-    rows: of the simulation, one every `step` s; start: s, of bin 0; width: s. stretch: s, after
-    which a push is forgotten; not longer than all bins, or no response to a push would be seen. parts: of a stretch, within which errors may hang together.
+    rows: of the simulation, one every `step` s; start: s, of bin 0; width: s. stretch: s, length of
+    a segment, after which the response to a disturbance is taken as zero; not longer than all bins,
+    or no response would be observed. parts: clusters in a segment, within which residuals may be
+    serially correlated.
     """
 
     rows: int
@@ -41,25 +43,25 @@ class Grid:
 
     @property
     def stretches(self) -> int:
-        """How many stretches of time the bins make."""
+        """Number of time segments in the bins."""
         return max(round(self.bins * self.width / self.stretch), 1)
 
     @property
     def pieces(self) -> int:
-        """How many pieces of time there are whose errors have nothing to do with each other."""
+        """Number of clusters whose residuals are independent of each other."""
         return self.parts * self.stretches
 
     def binned(self, rows: FloatArray) -> FloatArray:
-        """Mean of a row-by-row course over every bin."""
+        """Mean of a row-by-row waveform over every bin."""
         return np.asarray(self.in_bins(rows).reshape(-1, self.rows_per_bin).mean(axis=1))
 
     def in_bins(self, rows: FloatArray) -> FloatArray:
-        """Rows of a course that lie in the bins, (bins * rows_per_bin,)."""
+        """Rows of a waveform that lie in the bins, (bins * rows_per_bin,)."""
         first = round(self.start / self.step)
         return rows[first : first + self.rows_per_bin * self.bins]
 
     def smoothed(self, rows: FloatArray) -> FloatArray:
-        """Mean over a bin's width about every row, the ends continued."""
+        """Moving mean over a bin's width about every row, the ends continued."""
         return np.asarray(ndimage.uniform_filter1d(rows, self.rows_per_bin, mode="nearest"))
 
     def rate(self, rows: FloatArray) -> FloatArray:
@@ -73,35 +75,35 @@ class Grid:
 
 
 def at_points(time: FloatArray, grid: Grid) -> Matrix:
-    """Straight line between rows. time: (k,) s since the simulation's start; gives (k, rows)."""
-    place, share = _place(time, grid)
-    return _two(place, 1.0 - share, share, grid.rows)
+    """Linear interpolation between rows. time: (k,) s since the start; gives (k, rows)."""
+    row, fraction = _row_before(time, grid)
+    return _two_point(row, 1.0 - fraction, fraction, grid.rows)
 
 
 def at_points_sharp(time: FloatArray, grid: Grid) -> Matrix:
-    """Interpolate between rows what swings nearly as fast as rows can tell: Lanczos' windowed sinc.
+    """Lanczos interpolation (windowed sinc), for oscillations near the Nyquist rate of the rows.
 
-    In rows of a millisecond a straight line shows a quarter less of the pushes of four cylinders at
-    9 000 revolutions a minute, and four tenths less at 12 000.
+    In rows of a millisecond, linear interpolation shows a quarter less of the pulses of four
+    cylinders at 9 000 revolutions a minute, and four tenths less at 12 000.
     """
-    place, share = _place(time, grid)
+    row, fraction = _row_before(time, grid)
     taps = np.arange(1 - LOBES, 1 + LOBES)
-    x = share[:, None] - taps
+    x = fraction[:, None] - taps
     weight = np.sinc(x) * np.sinc(x / LOBES)
     weight /= weight.sum(axis=1, keepdims=True)
-    columns = np.clip(place[:, None] + taps, 0, grid.rows - 1)
+    columns = np.clip(row[:, None] + taps, 0, grid.rows - 1)
     lines = np.repeat(np.arange(time.size), taps.size)
     shape = (time.size, grid.rows)
     return sparse.csr_array((weight.ravel(), (lines, columns.ravel())), shape)
 
 
 def at_points_smooth(time: FloatArray, grid: Grid) -> tuple[Matrix, Matrix]:
-    """Cubic between rows from values and rates: the matrices that act on each of them."""
-    place, s = _place(time, grid)
+    """Cubic Hermite interpolation between rows: the matrices for values and for rates."""
+    row, s = _row_before(time, grid)
     h00, h01 = (1 + 2 * s) * (1 - s) ** 2, s * s * (3 - 2 * s)
     h10, h11 = s * (1 - s) ** 2, s * s * (s - 1)
     step, rows = grid.step, grid.rows
-    return _two(place, h00, h01, rows), _two(place, step * h10, step * h11, rows)
+    return _two_point(row, h00, h01, rows), _two_point(row, step * h10, step * h11, rows)
 
 
 def interval_means(time: FloatArray, first: npt.NDArray[np.intp], grid: Grid) -> tuple[Matrix, ...]:
@@ -113,7 +115,7 @@ def interval_means(time: FloatArray, first: npt.NDArray[np.intp], grid: Grid) ->
 
 
 def into_bins(time: FloatArray, grid: Grid) -> Matrix:
-    """Mean of the samples in each bin; a bin without one takes the line between its neighbours."""
+    """Mean of the samples in each bin; an empty bin is interpolated linearly."""
     number = np.floor((time - grid.start) / grid.width).astype(int)
     inside = np.flatnonzero((number >= 0) & (number < grid.bins))
     count = np.bincount(number[inside], minlength=grid.bins)
@@ -122,34 +124,34 @@ def into_bins(time: FloatArray, grid: Grid) -> Matrix:
     empty = np.flatnonzero(count == 0)
     if not empty.size or time.size < 2:
         return mean
-    place = np.clip(np.searchsorted(time, grid.centre[empty]) - 1, 0, time.size - 2)
-    share = (grid.centre[empty] - time[place]) / (time[place + 1] - time[place])
-    share = np.clip(share, 0.0, 1.0)
-    rows, columns = np.tile(empty, 2), np.concatenate((place, place + 1))
+    before = np.clip(np.searchsorted(time, grid.centre[empty]) - 1, 0, time.size - 2)
+    fraction = (grid.centre[empty] - time[before]) / (time[before + 1] - time[before])
+    fraction = np.clip(fraction, 0.0, 1.0)
+    rows, columns = np.tile(empty, 2), np.concatenate((before, before + 1))
     line = sparse.csr_array(
-        (np.concatenate((1 - share, share)), (rows, columns)), (grid.bins, time.size)
+        (np.concatenate((1 - fraction, fraction)), (rows, columns)), (grid.bins, time.size)
     )
     return sparse.csr_array(mean + line)
 
 
 def known_bins(time: FloatArray, grid: Grid) -> npt.NDArray[np.bool_]:
-    """Tell which bins have a sample within a bin's width and the samples' own usual distance."""
+    """Return which bins have a sample within a bin's width or 1.5 median sample spacings."""
     if time.size < 2:
         return np.zeros(grid.bins, np.bool_)
-    usual = max(grid.width, 1.5 * float(np.median(np.diff(time))))
+    limit = max(grid.width, 1.5 * float(np.median(np.diff(time))))
     after = np.clip(np.searchsorted(time, grid.centre), 1, time.size - 1)
     near = np.minimum(np.abs(time[after] - grid.centre), np.abs(grid.centre - time[after - 1]))
-    return np.asarray(near <= usual, np.bool_)
+    return np.asarray(near <= limit, np.bool_)
 
 
-def _place(time: FloatArray, grid: Grid) -> tuple[npt.NDArray[np.intp], FloatArray]:
-    """Row before each time and the share of the way to the next; a row tells its own end."""
+def _row_before(time: FloatArray, grid: Grid) -> tuple[npt.NDArray[np.intp], FloatArray]:
+    """Row before each time and the fraction of the way to the next; a row holds its end's value."""
     position = np.clip(time / grid.step - 1.0, 0.0, grid.rows - 1.001)
-    place = np.floor(position).astype(np.intp)
-    return place, position - place
+    row = np.floor(position).astype(np.intp)
+    return row, position - row
 
 
-def _two(place: npt.NDArray[np.intp], a: FloatArray, b: FloatArray, rows: int) -> Matrix:
-    k = np.arange(place.size)
+def _two_point(row: npt.NDArray[np.intp], a: FloatArray, b: FloatArray, rows: int) -> Matrix:
+    k = np.arange(row.size)
     values, lines = np.concatenate((a, b)), np.concatenate((k, k))
-    return sparse.csr_array((values, (lines, np.concatenate((place, place + 1)))), (k.size, rows))
+    return sparse.csr_array((values, (lines, np.concatenate((row, row + 1)))), (k.size, rows))

@@ -1,8 +1,8 @@
-"""One recorded output, and the same sensor put on the simulation.
+"""One recorded output, and the same sensor applied to the simulation.
 
-A wheel's teeth give two outputs: the speed of the wheel, from which what repeats with the tooth is
-taken off, and the pattern of the teeth itself, by the recorded tooth. What is periodic in the
-recorded wheel angle is so judged at the recorded wheel angle.
+The teeth of a wheel give two outputs: the wheel speed, from which the part that repeats with the
+tooth is removed, and the pattern of the teeth, by recorded tooth. Components that are periodic in
+the wheel angle are thus compared at the recorded wheel angle.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -32,11 +32,11 @@ from slipbench.plant.sensing import SensorEffect, measure, sensor_effects
 from slipbench.plant.update_times import Renewals, renewals, rhythm
 from slipbench.protocol.recording.channel import FloatArray
 
-MOVED = 1.5  # quanta between two samples from which on telling a value again is no chance
+MOVED = 1.5  # quanta between two samples from which a repeated value is not by chance
 NEAR = (0.05, 0.08, 0.12, 0.18, 0.27, 0.4)
-"""Of a coarse step, how near a simulation may come to what was rounded."""
-THE_SAME = 0.02  # share of a step within which a recording's own steps are meant
-SMALL_PART = 1e-3  # of a step, over which the slope of a rounding is taken
+"""Candidate standard deviations of a simulation before coarse rounding, in steps."""
+THE_SAME = 0.02  # share of a step within which the recorded and the effect's step are equal
+SMALL_PART = 1e-3  # of a step: finite-difference step for the slope of a rounding
 SEGMENT = 3.0  # s, over which a tooth pattern is averaged
 Integers = npt.NDArray[np.int_]
 
@@ -48,19 +48,19 @@ class ToldAgain(Protocol):
     def with_repeats(
         self, known: Renewals, rhythm: float, time: FloatArray, value: FloatArray
     ) -> FloatArray:
-        """Return what it tells where it is known which frames were not renewed."""
+        """Return the reported values where it is known which frames were not updated."""
         ...
 
 
 @runtime_checkable
 class Rounds(Protocol):
-    """An effect that tells whole steps, in the channel's unit."""
+    """An effect that rounds values. quantum: in the channel's unit."""
 
     quantum: float
 
 
 class Columns(Protocol):
-    """What a simulation did: a column by name, one value a row."""
+    """Outputs of a simulation: a column by name, one value a row."""
 
     def __getitem__(self, name: str, /) -> FloatArray:
         """Return a column, (rows,)."""
@@ -69,21 +69,21 @@ class Columns(Protocol):
 
 @dataclass(frozen=True)
 class Later:
-    """What a simulation did, some rows later."""
+    """Outputs of a simulation, delayed by some rows."""
 
     out: Columns
     rows: float
 
     def __getitem__(self, name: str, /) -> FloatArray:
-        """Return a column, (rows,), that begins with what there was in its first row."""
+        """Return a column, (rows,), that begins with the value of its first row."""
         column = self.out[name]
-        place = np.arange(column.size)
-        return np.asarray(np.interp(place - self.rows, place, column))
+        row = np.arange(column.size)
+        return np.asarray(np.interp(row - self.rows, row, column))
 
 
 @dataclass(frozen=True)
 class Moved:
-    """What a simulation would do a step further in one direction of its slopes."""
+    """Outputs of a simulation, extrapolated by a step in one direction of its slopes."""
 
     out: Columns
     slopes: Columns
@@ -99,13 +99,15 @@ class Moved:
 class Sensor:
     """name: of the output; value: (bins,) recorded; known: (bins,) False where nothing was.
 
-    observation: matrices by column of the simulation; processing: the last steps, which the recorded samples go
-    through as well. direct: both in one, where no effect acts between them. grid: the rows that it
-    sees and the bins that it fills. time: s, of samples of a point sensor; samples_read: by them; repeated: 1
-    where they told a value again; lattice: steps of what is told; noise: deviation of the white
-    noise before it was rounded; coarse: whether the steps are coarser than promised. offsets: what
-    the displacement of every tooth (rad) does before the last steps. derivatives: derivative of direct
-    where the simulation's columns change by others, of shape (rows, directions); None: by differences.
+    observation: matrices by column of the simulation; processing: the last steps, which the
+    recorded samples pass through as well. direct: both in one, where no effect acts between them.
+    grid: rows of the simulation and bins of the output. time: s, of samples of a point sensor;
+    samples_read: their values; repeated: 1 where a sample repeats the value before it;
+    update_times: samples from one update to the next, 0 if not periodic; quantization: grid of the
+    samples; noise: standard deviation of the white noise before rounding; coarse: whether the grid
+    is coarser than stated. offsets: effect of the displacement of every tooth (rad) before the last
+    steps. derivatives: derivative of direct, for derivatives of the simulation's columns of shape
+    (rows, directions); None: by finite differences.
     """
 
     name: str
@@ -129,23 +131,25 @@ class Sensor:
 
     @property
     def teeth(self) -> int:
-        """Number of teeth of the disc that it reads; 1 where it reads none."""
+        """Number of teeth of its disc; 1 without a disc."""
         return 1 if self.offsets is None else int(self.offsets.shape[1])
 
     def observe(
         self, out: Columns, effects: Iterable[Effect] = (), late: float = 0.0
     ) -> FloatArray:
-        """Return what the sensor shows, effects on its channel included, (bins,).
+        """Return the output of the sensor, effects on its channel included, (bins,).
 
-        late: s by which its clock tells more than it should. An effect finds what was late already:
-        stairs that are held have no slope by which they could be moved.
+        late: s, clock offset, positive where the clock shows too much. Effects act on the delayed
+        values, since a held staircase has no slope by which it could be shifted.
         """
         acting = self._acting(effects)
         if acting:
-            seen = _seen(self.observation, Later(out, late / self.grid.step) if late else out)
-            return self.processing(self._told(seen, acting))
-        shown = self.direct(out)
-        return shown - late * np.gradient(shown, self.grid.width) if late else shown
+            observed = _sampled_values(
+                self.observation, Later(out, late / self.grid.step) if late else out
+            )
+            return self.processing(self._reported(observed, acting))
+        output = self.direct(out)
+        return output - late * np.gradient(output, self.grid.width) if late else output
 
     def observe_derivatives(
         self,
@@ -155,49 +159,49 @@ class Sensor:
         late: float = 0.0,
         step: float = 1.0,
     ) -> FloatArray:
-        """Return how what the sensor shows changes with the simulation, (bins, directions).
+        """Return the derivatives of the output in directions of the simulation, (bins, directions).
 
-        slopes: of its columns, (rows, directions). Where an effect acts, or nothing else is known,
-        it is looked at twice, a step apart in every direction.
+        slopes: of its columns, (rows, directions). Where an effect acts, or without a known
+        derivative, by one finite-difference step in every direction.
         """
         if self.derivatives is None or self._acting(effects):
             base = self.observe(out, effects, late)
             directions = range(next(iter(self._columns(slopes))).shape[1])
-            there = (Moved(out, slopes, d, step) for d in directions)
-            changed = [(self.observe(moved, effects, late) - base) / step for moved in there]
-            return np.column_stack(changed) if changed else np.zeros((base.size, 0))
-        shown = self.derivatives(out, slopes)
-        return shown - late * np.gradient(shown, self.grid.width, axis=0) if late else shown
+            shifted = (Moved(out, slopes, d, step) for d in directions)
+            columns = [(self.observe(moved, effects, late) - base) / step for moved in shifted]
+            return np.column_stack(columns) if columns else np.zeros((base.size, 0))
+        output = self.derivatives(out, slopes)
+        return output - late * np.gradient(output, self.grid.width, axis=0) if late else output
 
     def _columns(self, out: Columns) -> list[FloatArray]:
         return [out[column] for column in self.observation]
 
     def error(self, out: Columns, effects: Iterable[Effect], at: FloatArray) -> FloatArray:
-        """Return by how much effects on its channel make the sensor tell too much, at given times.
+        """Return the error of the reported value by effects on the channel, at given times.
 
-        For a point sensor; at: s since the start, (k,).
+        For a point sensor; zeros for others. at: s since the start, (k,).
         """
         acting = self._acting(effects)
         if not acting or self.time is None:
             return np.zeros(at.size)
-        value = _seen(self.observation, out)
-        return np.asarray(np.interp(at, self.time, self._told(value, acting) - value))
+        value = _sampled_values(self.observation, out)
+        return np.asarray(np.interp(at, self.time, self._reported(value, acting) - value))
 
     def _acting(self, effects: Iterable[Effect]) -> tuple[SensorEffect, ...]:
         return () if self.time is None else sensor_effects(effects, self.name, "signal", "frame")
 
-    def _told(self, value: FloatArray, acting: Iterable[SensorEffect]) -> FloatArray:
-        """Return what is told of the values at the sensor's instants."""
+    def _reported(self, value: FloatArray, acting: Iterable[SensorEffect]) -> FloatArray:
+        """Return the reported values for true values at the sensor's sample times."""
         assert self.time is not None
-        left: tuple[SensorEffect, ...] = ()
+        remaining: tuple[SensorEffect, ...] = ()
         for effect in acting:
             known = self._as_recorded(effect, value)
             value = value if known is None else known
-            left += (effect,) if known is None else ()
-        return measure(left, (), self.time, value)[1]
+            remaining += (effect,) if known is None else ()
+        return measure(remaining, (), self.time, value)[1]
 
     def _as_recorded(self, effect: SensorEffect, value: FloatArray) -> FloatArray | None:
-        """Return what an effect makes of values where the recording tells what it did there."""
+        """Return the output of an effect where the recording identifies its action; else None."""
         if self.coarse and self.samples_read is not None and isinstance(effect, Rounds):
             return self._rounded(effect.quantum, value, self.samples_read)
         if self.repeated is None or self.time is None or not isinstance(effect, ToldAgain):
@@ -209,42 +213,45 @@ class Sensor:
             else effect.with_repeats(known, self.update_times, self.time, value)
         )
 
-    def _rounded(self, quantum: float, value: FloatArray, told: FloatArray) -> FloatArray:
-        """Round values on the recording's own steps, as sharply as that tells what was told.
+    def _rounded(self, quantum: float, value: FloatArray, recorded: FloatArray) -> FloatArray:
+        """Return rounded values, with the noise that fits the recorded samples best.
 
-        From one sample to the next: a simulation may drift for long and be sharp all the same.
+        Changes from sample to sample are compared: slow drift of a simulation does not count.
         """
-        own = abs(quantum / self.quantization.step - 1.0) < THE_SAME
-        step = self.quantization.step if own else quantum
-        tried = (
+        same = abs(quantum / self.quantization.step - 1.0) < THE_SAME
+        step = self.quantization.step if same else quantum
+        candidates = (
             mean_quantised(
                 value, step, max(near * step, self.noise), self.quantization.phase, NEAR[0]
             )
             for near in NEAR
         )
-        return min(tried, key=lambda shown: float(np.sum(np.diff(told - shown) ** 2)))
+        return min(candidates, key=lambda rounded: float(np.sum(np.diff(recorded - rounded) ** 2)))
 
     def samples(
         self, out: Columns, effects: Iterable[Effect], late: float, noise: FloatArray
     ) -> FloatArray:
-        """Samples that a point sensor would have recorded of a simulation, (k,) in its unit.
+        """Return samples that a point sensor would record of a simulation, (k,) in its unit.
 
-        noise: (k,), added before effects on the channel and before the steps of the channel. late:
-        s, as for `look`.
+        noise: (k,), added before effects on the channel and before its quantization. late: s, as
+        for `observe`.
         """
         acting = self._acting(effects)
-        seen = _seen(self.observation, Later(out, late / self.grid.step) if late else out) + noise
-        told = self._told(seen, acting) if acting else seen
+        observed = (
+            _sampled_values(self.observation, Later(out, late / self.grid.step) if late else out)
+            + noise
+        )
+        reported = self._reported(observed, acting) if acting else observed
         rounds = any(isinstance(e, Rounds) for e in acting)
-        return self.quantization.rounded(told) if rounds or not self.coarse else told
+        return self.quantization.rounded(reported) if rounds or not self.coarse else reported
 
-    def recording(self, told: FloatArray) -> "Sensor":
-        """The same point sensor with other samples, (k,) in its unit; its steps are kept."""
+    def recording(self, reported: FloatArray) -> "Sensor":
+        """Return the sensor with other samples, (k,) in its unit; its quantization is kept."""
         assert self.time is not None
-        again = _again(told)
-        value = into_bins(self.time, self.grid) @ told
+        repeats = _repeats(reported)
+        value = into_bins(self.time, self.grid) @ reported
         return replace(
-            self, value=value, samples_read=told, repeated=again, update_times=rhythm(again)
+            self, value=value, samples_read=reported, repeated=repeats, update_times=rhythm(repeats)
         )
 
     def misplaced(self, displacement: FloatArray) -> FloatArray:
@@ -254,8 +261,8 @@ class Sensor:
         return self.processing(self.offsets @ displacement)
 
 
-def _seen(see: Mapping[str, Matrix], out: Columns) -> FloatArray:
-    return np.asarray(sum(m @ out[column] for column, m in see.items()))
+def _sampled_values(observation: Mapping[str, Matrix], out: Columns) -> FloatArray:
+    return np.asarray(sum(m @ out[column] for column, m in observation.items()))
 
 
 @dataclass(frozen=True)
@@ -275,68 +282,69 @@ def point_sensor(
     samples: Sampled,
     grid: Grid,
     noise: float = 0.0,
-    promised: float = 0.0,
+    stated: float = 0.0,
     between: Callable[[FloatArray, Grid], Matrix] = at_points,
 ) -> Sensor:
-    """Make a sensor that shows a column, times a factor, at its instants.
+    """Return a sensor that samples a column, times a factor, at the times of its samples.
 
-    noise: deviation of the white noise that its values had before they were rounded. promised:
-    steps in which they should be told; 0: nobody told. Coarser ones are something missing. between:
-    how instants between the rows are read.
+    noise: standard deviation of the white noise of its values before rounding. stated: specified
+    quantization step; 0: none. A coarser step is a mismatch. between: interpolation between rows.
     """
     bins = into_bins(samples.time, grid)
-    see = sparse.csr_array(factor * between(samples.time, grid))
+    observation = sparse.csr_array(factor * between(samples.time, grid))
     known = known_bins(samples.time, grid)
     quantization = fit_quantization(samples.value)
-    coarse = quantization.coarser_than(promised)
-    usual = QuantizationGrid(promised) if coarse else quantization
+    coarse = quantization.coarser_than(stated)
+    applied = QuantizationGrid(stated) if coarse else quantization
 
-    def then(values: FloatArray) -> FloatArray:
-        return np.asarray(bins @ mean_quantised(values, usual.step, noise, usual.phase))
+    def process(values: FloatArray) -> FloatArray:
+        return np.asarray(bins @ mean_quantised(values, applied.step, noise, applied.phase))
 
-    at_once = sparse.csr_array(bins @ see)
+    combined = sparse.csr_array(bins @ observation)
 
     def direct(out: Columns) -> FloatArray:
-        if usual.step > 0.0:
-            return then(see @ out[column])
-        return np.asarray(at_once @ out[column])
+        if applied.step > 0.0:
+            return process(observation @ out[column])
+        return np.asarray(combined @ out[column])
 
-    def along(out: Columns, slopes: Columns) -> FloatArray:
-        if usual.step <= 0.0:
-            return np.asarray(at_once @ slopes[column])
-        values, h = see @ out[column], SMALL_PART * usual.step
-        up, down = (mean_quantised(values + s, usual.step, noise, usual.phase) for s in (h, -h))
-        return np.asarray(bins @ (((up - down) / (2.0 * h))[:, None] * (see @ slopes[column])))
+    def differentiate(out: Columns, slopes: Columns) -> FloatArray:
+        if applied.step <= 0.0:
+            return np.asarray(combined @ slopes[column])
+        values, h = observation @ out[column], SMALL_PART * applied.step
+        up, down = (mean_quantised(values + s, applied.step, noise, applied.phase) for s in (h, -h))
+        return np.asarray(
+            bins @ (((up - down) / (2.0 * h))[:, None] * (observation @ slopes[column]))
+        )
 
-    again = _again(samples.value)
+    repeats = _repeats(samples.value)
     return Sensor(
         name,
         unit,
         samples.clock,
         bins @ samples.value,
         known,
-        {column: see},
-        then,
+        {column: observation},
+        process,
         direct,
         grid,
-        derivatives=along,
+        derivatives=differentiate,
         time=samples.time,
         samples_read=samples.value,
-        repeated=again,
-        update_times=rhythm(again),
+        repeated=repeats,
+        update_times=rhythm(repeats),
         quantization=quantization,
         noise=noise,
         coarse=coarse,
     )
 
 
-def _again(values: FloatArray) -> FloatArray:
-    """Return 1 where a sample tells exactly what the one before it told."""
+def _repeats(values: FloatArray) -> FloatArray:
+    """Return 1 where a sample exactly repeats the value before it, else 0."""
     return np.concatenate(([0.0], (np.diff(values) == 0.0).astype(float)))
 
 
 def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tuple[Sensor, Sensor]:
-    """Make the sensors of a wheel's teeth: its speed, and the pattern of its disc."""
+    """Return the sensors of a wheel's teeth: its speed, and the pattern of its disc."""
     first = np.flatnonzero((np.diff(teeth.value) == 1) & (np.diff(teeth.time) > 0))
     span = teeth.time[first + 1] - teeth.time[first]
     middle = teeth.time[first] + 0.5 * span
@@ -345,26 +353,28 @@ def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tupl
     bins = into_bins(middle, grid)
     disc = _disc(middle, tooth, per_turn, np.interp(middle, grid.centre, bins @ speed), grid)
     angle, rate = interval_means(teeth.time, first, grid)
-    see = {f"{wheel}_angle": angle, f"{wheel}_speed": rate}
-    late = _late(span, tooth, per_turn)
+    observation = {f"{wheel}_angle": angle, f"{wheel}_speed": rate}
+    offsets = _displacement_matrix(span, tooth, per_turn)
 
-    means = {column: sparse.csr_array(bins @ m) for column, m in see.items()}
-    cells = {column: sparse.csr_array(disc.mean @ m) for column, m in see.items()}
+    means = {column: sparse.csr_array(bins @ m) for column, m in observation.items()}
+    cells = {column: sparse.csr_array(disc.mean @ m) for column, m in observation.items()}
     back = sparse.csr_array(bins @ disc.back)
 
     def clean(intervals: FloatArray) -> FloatArray:
         return np.asarray(bins @ intervals - back @ disc.pattern(intervals))
 
     def direct(out: Columns) -> FloatArray:
-        return np.asarray(_seen(means, out) - back @ disc.centred(_seen(cells, out)))
+        return np.asarray(
+            _sampled_values(means, out) - back @ disc.centred(_sampled_values(cells, out))
+        )
 
     def pattern(out: Columns) -> FloatArray:
-        return disc.centred(_seen(cells, out))
+        return disc.centred(_sampled_values(cells, out))
 
-    def clean_along(_: Columns, slopes: Columns) -> FloatArray:
+    def clean_slopes(_: Columns, slopes: Columns) -> FloatArray:
         return direct(slopes)
 
-    def pattern_along(_: Columns, slopes: Columns) -> FloatArray:
+    def pattern_slopes(_: Columns, slopes: Columns) -> FloatArray:
         return pattern(slopes)
 
     return (
@@ -374,12 +384,12 @@ def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tupl
             teeth.clock,
             clean(speed),
             known_bins(middle, grid),
-            see,
+            observation,
             clean,
             direct,
             grid,
-            late,
-            clean_along,
+            offsets,
+            clean_slopes,
         ),
         Sensor(
             f"{wheel}_tooth_pattern",
@@ -387,21 +397,21 @@ def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tupl
             teeth.clock,
             disc.pattern(speed),
             disc.known,
-            see,
+            observation,
             disc.pattern,
             pattern,
             grid,
-            late,
-            pattern_along,
+            offsets,
+            pattern_slopes,
         ),
     )
 
 
 @dataclass(frozen=True)
 class _Disc:
-    """Cells of (segment of time, tooth). mean: of the relative speed in each, (cells, intervals).
+    """Cells of (time segment, tooth). mean: of the relative speed in each, (cells, intervals).
 
-    back: puts a pattern back onto the intervals that it came from, as speeds, (intervals, cells).
+    back: maps a pattern to speeds of the intervals, (intervals, cells).
     """
 
     mean: Matrix
@@ -410,7 +420,7 @@ class _Disc:
     known: npt.NDArray[np.bool_]
 
     def pattern(self, intervals: FloatArray) -> FloatArray:
-        """Mean relative speed over each tooth and segment, less the segment's own mean."""
+        """Mean relative speed of each tooth and segment, less the mean of the segment."""
         return self.centred(self.mean @ intervals)
 
     def centred(self, cells: FloatArray) -> FloatArray:
@@ -420,26 +430,26 @@ class _Disc:
 
 
 def _disc(
-    middle: FloatArray, tooth: Integers, per_turn: int, usual: FloatArray, grid: Grid
+    middle: FloatArray, tooth: Integers, per_turn: int, mean_speed: FloatArray, grid: Grid
 ) -> _Disc:
     end = grid.start + grid.bins * grid.width
     segments = max(int((end - grid.start) / SEGMENT), 1)
     number = np.floor((middle - grid.start) / (end - grid.start) * segments).astype(int)
     inside = (number >= 0) & (number < segments)
     cell = np.where(inside, number * per_turn + tooth, -1)
-    places = np.flatnonzero(inside)
-    count = np.bincount(cell[places], minlength=segments * per_turn)
-    weight = 1.0 / count[cell[places]] / usual[places]
-    mean = sparse.csr_array((weight, (cell[places], places)), (count.size, middle.size))
-    back = sparse.csr_array((usual[places], (places, cell[places])), (middle.size, count.size))
+    kept = np.flatnonzero(inside)
+    count = np.bincount(cell[kept], minlength=segments * per_turn)
+    weight = 1.0 / count[cell[kept]] / mean_speed[kept]
+    mean = sparse.csr_array((weight, (cell[kept], kept)), (count.size, middle.size))
+    back = sparse.csr_array((mean_speed[kept], (kept, cell[kept])), (middle.size, count.size))
     return _Disc(mean, back, per_turn, count > 0)
 
 
-def _late(span: FloatArray, tooth: Integers, per_turn: int) -> Matrix:
-    """Speed seen over each interval per displacement of each tooth: a late tooth ends it late.
+def _displacement_matrix(span: FloatArray, tooth: Integers, per_turn: int) -> Matrix:
+    """Measured speed of each interval per displacement of each tooth, positive if it passes late.
 
-    The recorded wheel has turned by the pitch plus (late at its end - late at its start); it is
-    read as if it had turned by the pitch, so what is seen is the true speed less that.
+    In an interval the wheel turns by the pitch plus (displacement at its end - displacement at its
+    start). The measurement assumes the pitch alone, so it is the true speed less that difference.
     """
     lines = np.arange(span.size)
     values = np.concatenate((-1.0 / span, 1.0 / span))

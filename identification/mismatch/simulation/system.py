@@ -1,8 +1,8 @@
-"""What the engine must be told of whatever is simulated: the one interface between the two.
+"""Interface between the mismatch engine and a simulated system.
 
-A system is a set of nominal numbers with equations: a motorcycle of a vehicle file, or what a model
-file tells. It is immutable; other numbers make another system. The engine calibrates, locates,
-names and proves through these methods and knows no vehicle.
+A system is a set of nominal numbers with equations: a motorcycle of a vehicle file, or the content
+of a model file. It is immutable; other numbers make another system. The engine calibrates, locates,
+names and validates through these methods and does not depend on vehicles.
 """
 
 import math
@@ -26,13 +26,13 @@ from slipbench.protocol.recording.recording import Recording
 
 
 class System(ABC):
-    """Whatever is simulated.
+    """A simulated system.
 
-    units: of regressors, by name. operating: the regressor along which a region is told.
-    direction: the regressor whose sign tells opening from closing. Empty: there is none.
-    smooth: whether outputs follow the smallest changes of numbers and effects; not where sensors round.
-    farthest: prior deviations that a number may be off at all, so that no calibration is led astray
-    on its way.
+    units: of regressors, by name. operating: the regressor over which operating regions are stated.
+    direction: the regressor whose sign distinguishes opening from closing. Empty: there is none.
+    smooth: whether outputs respond to the smallest changes of numbers and effects; False where
+    sensors round. farthest: bound of every coordinate, in prior standard deviations, so that no
+    calibration diverges on its way.
     """
 
     units: Mapping[str, str]
@@ -41,22 +41,22 @@ class System(ABC):
     farthest: float = math.inf
     smooth: bool = False
 
-    # What it is.
+    # Description.
 
     @property
     @abstractmethod
     def name(self) -> str:
-        """Its name."""
+        """Name of the system."""
 
     @property
     @abstractmethod
     def effects(self) -> tuple[Effect, ...]:
-        """Effects that act in it."""
+        """Effects that act in the system."""
 
     @property
     @abstractmethod
     def library(self) -> tuple[type[Effect], ...]:
-        """Effects that may be missing in it. Their patterns raise PlantError where they cannot."""
+        """Effects that may be missing. Their patterns raise PlantError where they cannot run."""
 
     @property
     @abstractmethod
@@ -65,58 +65,58 @@ class System(ABC):
 
     @abstractmethod
     def at(self, known: Sequence[Coordinate], x: Floats, effects: Sequence[Effect]) -> Self:
-        """Return it at coordinates x, with these effects in place of its own of the same key."""
+        """Return the system at coordinates x; these effects replace its own of the same key."""
 
     @abstractmethod
     def as_improved(self, plus_minus: Mapping[str, float]) -> Self:
-        """Return it as an improved file tells it, its numbers known this well."""
+        """Return the system of an improved file, with these half widths of its numbers."""
 
     @abstractmethod
     def text(self) -> str:
-        """Return the file that tells it."""
+        """Return the text of its file."""
 
     @property
     def written(self) -> WrittenUnits:
         """Units in which its file is written."""
         return SI
 
-    # What the recordings are to it.
+    # Recordings.
 
     @abstractmethod
     def prepare(self, recording: Recording) -> Record:
-        """Make a recording ready. Raises InputError where nothing in it can drive a simulation."""
+        """Prepare a recording. Raises InputError where nothing in it can drive a simulation."""
 
     @abstractmethod
     def check(self, record: Record) -> None:
-        """Raise InputError where a recording is of something else."""
+        """Raise InputError where a recording is of another system."""
 
     @abstractmethod
     def partition(self, records: Sequence[Record]) -> CausalPartition:
-        """Find the drives and blocks that all these records carry."""
+        """Return the subsystems and output groups that all these records support."""
 
     @abstractmethod
     def coordinates(
         self, records: Sequence[Record], partition: CausalPartition
     ) -> list[Coordinate]:
-        """List what is uncertain of it and of the clocks of these records."""
+        """Return the uncertain parameters of the system and of the clocks of these records."""
 
     @abstractmethod
     def touched(self, partition: CausalPartition, coordinate: Coordinate) -> tuple[str, ...]:
-        """Return the drives whose outputs a coordinate can change."""
+        """Return the subsystems whose outputs a coordinate can change."""
 
     @abstractmethod
     def slow_subsystems(self, partition: CausalPartition) -> tuple[str, ...]:
-        """Return the drives on which the slow unknown of a record acts."""
+        """Return the subsystems on which the slow disturbance of a record acts."""
 
     @abstractmethod
     def concerns(self, effect: Effect, partition: CausalPartition, subsystem: str) -> bool:
-        """Tell whether an effect can change what the outputs of a drive show."""
+        """Return whether an effect can change the outputs of a subsystem."""
 
     def changes_only_sensors(self, effect: Effect, partition: CausalPartition) -> bool:
-        """Tell whether an effect leaves every simulation as it is and changes what sensors tell."""
+        """Return whether an effect leaves every simulation unchanged and changes sensor values."""
         return hasattr(effect, "measure")
 
-    # What it does.
+    # Simulation.
 
     @abstractmethod
     def simulate(
@@ -127,7 +127,7 @@ class System(ABC):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> Columns:
-        """Run one drive of one record. q: of the slow unknown; added: to columns of the inputs.
+        """Simulate one subsystem of one record. q: slow disturbance; added: to columns of inputs.
 
         Raises PlantError where it cannot run.
         """
@@ -142,22 +142,23 @@ class System(ABC):
         known: Sequence[Coordinate],
         x: Floats,
     ) -> Derivatives | None:
-        """Run one drive and differentiate what its sensors look at; None where it cannot.
+        """Simulate one subsystem with derivatives of the columns of its sensors, or return None.
 
-        To the coordinates known, at x, that this drive is touched by, and to the slow unknown if
-        it acts here; q, added: as for `simulate`. Raises PlantError where it cannot run.
+        With respect to the coordinates `known`, at x, that change this subsystem, and to the slow
+        disturbance if it acts here; q, added: as for `simulate`. None where derivatives are not
+        available. Raises PlantError where it cannot run.
         """
         return None
 
     @abstractmethod
     def places(self, partition: CausalPartition) -> list[InjectionPoint]:
-        """Places, sensors aside, where something may act that these blocks can see."""
+        """Return the injection points, except sensors, that the output groups can observe."""
 
     @abstractmethod
     def input_disturbance(
-        self, place: InjectionPoint, record: Record, course: Floats
+        self, place: InjectionPoint, record: Record, waveform: Floats
     ) -> dict[str, Floats]:
-        """Columns to add to the inputs for a course, row by row, of what acts at a place."""
+        """Return columns to add to the inputs for a waveform, row by row, at an injection point."""
 
     @abstractmethod
     def regressors(
@@ -168,74 +169,74 @@ class System(ABC):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
-        """Quantities along which something may act in a drive, (rows,) each.
+        """Return the regressors of effects in a subsystem, (rows,) each.
 
         q, added: as for `simulate`.
         """
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What its user should look at before an analysis, a line each; () where nothing is odd."""
+        """Notes for the user before an analysis, a line each; () where nothing is unusual."""
         return ()
 
     def duration(self, recordings: int) -> str:
-        """Say how long the analysis of so many prepared recordings takes; empty: not long."""
+        """Return the duration, as text, of an analysis of so many recordings; empty: not long."""
         return ""
 
     def acts_at(self, effect: Effect) -> str:
-        """Return the place (see `places`) or the sensor where an effect acts; empty: no such."""
+        """Return the injection point (see `places`) or sensor where an effect acts; empty: none."""
         return ""
 
     def curve(
         self, place: InjectionPoint, regressor: str, knots: Floats, values: Floats, number: int
     ) -> Effect | None:
-        """Return a free curve as an effect of the simulation; None where it knows none there.
+        """Return a free curve as an effect of the simulation; None where there is none.
 
-        number: of several at once, from 0.
+        number: index among several curves, from 0.
         """
         return None
 
     def turn_of(self, effect: Effect) -> str:
-        """Return the regressor around a turn along which an effect acts by its equation; or empty."""
+        """Return the turn of an angle that is the regressor of an effect's equation; or empty."""
         return ""
 
     def unseen_turns(self) -> tuple[Turn, ...]:
-        """Lines that could tell at which angle of what turns unseen a recording began."""
+        """Return lines that could identify an unrecorded angle at the start of a recording."""
         return ()
 
     def turns_unseen(self) -> bool:
-        """Tell whether it has something that goes with an angle of which recordings tell only the speed."""
+        """Return whether an effect depends on an angle of which only the speed is recorded."""
         return any(e.unseen_turn for e in self.effects)
 
     def silenced(self) -> Self:
-        """Return it with nothing that goes with such an angle."""
+        """Return the system with all effects of such an angle set to zero."""
         return self.at((), np.zeros(0), [e.silent() for e in self.effects if e.unseen_turn])
 
     def first_angle(self) -> tuple[int, float] | None:
-        """Return which slow unknown is the first value of an unseen angle, and rad of its unit."""
+        """Return the slow coordinate of an unrecorded angle's first value, and rad per its unit."""
         return None
 
     def with_half_a_step(self) -> "Self | None":
-        """Return the same with half of the step of integration; None where that is not to be had."""
+        """Return the same with half the integration step; None where that is not possible."""
         return None
 
     def coarse(self) -> Self:
-        """Return it with steps of integration that are just fine enough to compare simulations."""
+        """Return it with integration steps just fine enough to compare simulations."""
         return self
 
-    # What could be tried next; a system without a menu proposes nothing.
+    # Candidate experiments; a system without candidates proposes nothing.
 
     def experiments(self) -> Sequence[Any]:
-        """Trials that one could make; each says itself in a line."""
+        """Return candidate experiments; str() of each is a description in one line."""
         return ()
 
     def rehearse(self, like: Record, choice: Any) -> Record:
-        """Return the record that a trial would give, seen by sensors like the recorded ones.
+        """Return the simulated record of an experiment, with sensors like the recorded ones.
 
         Raises ValueError where it cannot.
         """
         raise ValueError(f"{self.name} has no menu of trials, so {choice} cannot be rehearsed")
 
     def trial(self, choice: Any, name: str, file: str) -> Mapping[str, Any]:
-        """Return a trial of the menu as the tree of a trial file. file: path of the system's."""
+        """Return an experiment as the tree of a trial file. file: path of the system's file."""
         raise ValueError(f"{self.name} has no trial file for {choice}")

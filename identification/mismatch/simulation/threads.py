@@ -1,4 +1,4 @@
-"""Work on independent parts at once, on every processor that there is."""
+"""Parallel work on independent parts, on all available processors."""
 
 import os
 import threading
@@ -16,7 +16,7 @@ _here = threading.local()
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Do all work of the block in this thread: the other processors have work of their own."""
+    """Do all work of the `with` block in this thread: the other processors are in use."""
     before, _here.working = getattr(_here, "working", False), True
     try:
         yield
@@ -30,19 +30,19 @@ def _pool() -> ThreadPoolExecutor:
 
 
 def in_threads(work: Callable[[Part], Result], parts: Iterable[Part]) -> list[Result]:
-    """Return the result of every part, in the order of the parts, whatever thread was first.
+    """Return the result of every part, in the order of the parts.
 
-    Raises what the first part in that order raises. Work that is itself a part of such work is done
-    part by part: threads that wait for each other would wait for ever.
+    Raises the exception of the first part in that order that fails. Nested calls run sequentially,
+    since threads that wait for each other would deadlock.
     """
     if getattr(_here, "working", False):
         return [work(part) for part in parts]
 
-    def worked(part: Part) -> Result:
+    def run(part: Part) -> Result:
         _here.working = True
         return work(part)
 
-    return list(_pool().map(worked, parts))
+    return list(_pool().map(run, parts))
 
 
 os.register_at_fork(after_in_child=_pool.cache_clear)

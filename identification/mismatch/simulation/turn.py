@@ -1,4 +1,4 @@
-"""What turns unseen: recordings tell how fast it turns, and not where it stood when they began."""
+"""Rotating parts whose angle is not recorded: recordings give their speed, not their phase."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ from slipbench.plant.effects.effect import Effect
 
 @dataclass(frozen=True)
 class Turn:
-    """A line that could tell the angle at which a recording began.
+    """A spectral line that could identify the angle at the start of a recording.
 
-    sine, cosine: an effect that makes it, small, and the same a quarter of the line's period on.
+    sine, cosine: a small effect that causes the line, and the same a quarter of its period later.
     per_turn: periods in a turn.
     """
 

@@ -1,4 +1,4 @@
-"""Units in which a vehicle or model file is written, so that results can be read in them."""
+"""Units in which a vehicle or model file is written, so that results can be stated in them."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -25,18 +25,18 @@ class WrittenUnits:
     def of_tree(
         cls, tree: Any, quantities: Mapping[str, tuple[str, str]] | None = None
     ) -> "WrittenUnits":
-        """Units of all numbers `{ value, unit }` of a file's tree."""
-        found: dict[str, set[str]] = {}
+        """Return the units of all numbers `{ value, unit }` of a file's tree."""
+        written_as: dict[str, set[str]] = {}
         for unit in _units(tree):
             with suppress(ValueError):  # a unit that cannot be converted here is read in SI
-                found.setdefault(to_base(unit)[2], set()).add(unit)
-        common = {si: units.pop() for si, units in found.items() if len(units) == 1}
+                written_as.setdefault(to_base(unit)[2], set()).add(unit)
+        common = {si: units.pop() for si, units in written_as.items() if len(units) == 1}
         return cls(common, quantities or {})
 
     def factor(self, si: str, *quantities: str) -> tuple[float, str]:
-        """Factor from SI and unit of a value of the named quantities; 1 and `si` if written in SI.
+        """Return the factor from SI and the unit of the named quantities; 1 and `si` if in SI.
 
-        Powers of a unit are known as well: 1/rad^2 is read in 1/deg^2.
+        Powers of a unit are converted as well: 1/rad^2 to 1/deg^2.
         """
         own = [self.quantities[q] for q in quantities if q in self.quantities]
         for base, written in (*own, *self.common.items()):
@@ -50,13 +50,13 @@ class WrittenUnits:
 
 
 SI = WrittenUnits()
-"""Everything is read in SI."""
+"""All values are in SI."""
 
 
 def power_of(unit: str, power: int, inverse: bool) -> str:
-    """Name of a power of a unit: m^2, (m/s)*(m/s), 1/m, 1/m^2, 1/(m/s), 1/(m/s)/(m/s).
+    """Return the name of a power of a unit: m^2, (m/s)*(m/s), 1/m, 1/m^2, 1/(m/s), 1/(m/s)/(m/s).
 
-    A power of a bracket is no unit that files may write (protocol/units.py).
+    Files may not write a power of a bracket (protocol/units.py).
     """
     if unit.replace("_", "").isalnum():
         name = unit if power == 1 else f"{unit}^{power}"

@@ -1,1 +1,1 @@
-"""Systems that a model file tells: states, inputs, outputs, parameters and seams, as text."""
+"""Systems defined by a model file: states, inputs, outputs, parameters and seams, as text."""

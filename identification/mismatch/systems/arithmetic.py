@@ -1,6 +1,6 @@
-"""The value of an equation of a model file for given quantities; nothing but arithmetic is done.
+"""Evaluate an equation of a model file for given quantities; only arithmetic is allowed.
 
-Quantities stand still: a delayed one has the value that it has now.
+Quantities are constant in time: a delayed quantity has its present value.
 """
 
 import ast
@@ -33,9 +33,9 @@ CALLS: Mapping[str, Callable[..., float]] = {
 
 
 def value_of(text: str, known: Mapping[str, float]) -> float:
-    """Return the value of an equation that `read_expression` lets pass.
+    """Return the value of an equation that `read_expression` accepts.
 
-    known: quantities by name, SI. Raises ArithmeticError or ValueError where there is none.
+    known: quantities by name, SI. Raises ArithmeticError or ValueError where it is undefined.
     """
     return _value(ast.parse(text.strip(), mode="eval").body, known)
 
@@ -54,13 +54,13 @@ def _value(node: ast.expr, known: Mapping[str, float]) -> float:
         case ast.IfExp(test=test, body=body, orelse=other):
             return _value(body if _value(test, known) else other, known)
         case ast.Compare(left=left, ops=ops, comparators=others):
-            ends = [_value(one, known) for one in (left, *others)]
-            held = zip(ops, ends, ends[1:], strict=False)
-            return float(all(COMPARISONS[type(op)](a, b) for op, a, b in held))
+            sides = [_value(side, known) for side in (left, *others)]
+            pairs = zip(ops, sides, sides[1:], strict=False)
+            return float(all(COMPARISONS[type(op)](a, b) for op, a, b in pairs))
         case ast.Call(func=ast.Name(id="delay"), args=[quantity, _]):
             return _value(quantity, known)
         case ast.Call(func=ast.Name(id=name), args=arguments):
-            return float(CALLS[name](*(_value(one, known) for one in arguments)))
+            return float(CALLS[name](*(_value(side, known) for side in arguments)))
     raise ValueError(f"no arithmetic: {ast.unparse(node)}")
 
 

@@ -1,6 +1,7 @@
-"""What acts in one run and what it remembers, as one record that compiled functions pass by address.
+"""Effects and curves of one run, with their states and memories, as one record.
 
-As arrays these were 90 words of every call, which cost as much as the effects themselves.
+Compiled functions pass the record by address. As separate arrays it took 90 machine words of every
+call, which cost as much as the effects themselves.
 """
 
 import numpy as np
@@ -11,14 +12,14 @@ from slipbench.plant.errors import PlantError
 from slipbench.protocol.errors import InputError
 
 MOST_EFFECTS = 32
-"""Effects and free curves that may act at once."""
+"""Largest number of effects and free curves in one run."""
 MOST_STATES = 512
 MOST_QUANTITIES = 2048
 STATES_OF_ONE = 2
-"""States that one effect may have."""
+"""Largest number of states of one effect."""
 PARAMETERS_OF_ONE = 4
 MEMORIES_OF_ONE = 4
-"""Values that one effect may remember."""
+"""Largest number of values in the memory of one effect."""
 ALL_STATES = MOST_STATES + STATES_OF_ONE * MOST_EFFECTS
 LAYOUT = np.dtype(
     [
@@ -37,9 +38,10 @@ LAYOUT = np.dtype(
     ],
     align=True,
 )
-"""effects: how many act. states: of the system; those of the effects follow in x and dx, their rates.
-first_state: number of the first state among the quantities q. code, where, other: of each effect:
-which, at which place, the quantity that it uses. spill: what effects give to states.
+"""effects: number of effects. states: number of states of the system; the states of effects follow
+them in x, and the rates of both are in dx. first_state: index of the first state among the
+quantities q. code, where, other: library code, index of the place and index of the other quantity
+of each effect. par: its parameters. spill: rates that effects add to states of the system.
 """
 TABLES = "f8[:,:,::1]"
 AT = signature("f8", "i8", "f8", "f8", "f8", "f8", "i8", LAYOUT, TABLES, TABLES, "i8", "f8")
@@ -54,8 +56,8 @@ def board(
 ) -> np.ndarray:
     """Return a record, (1,). code, where, other: (effects,), par: (effects, 4).
 
-    states: of the system; first: number of the first of them among the quantities. Raises PlantError
-    for too many effects.
+    states: number of states of the system; first: index of the first of them among the quantities.
+    Raises PlantError for too many effects.
     """
     if len(code) > MOST_EFFECTS:
         raise PlantError(
@@ -65,25 +67,29 @@ def board(
             str(len(code)),
             "leave some out",
         )
-    made = np.zeros(1, LAYOUT)
-    made["effects"], made["states"], made["first_state"] = len(code), states, first
+    run_record = np.zeros(1, LAYOUT)
+    run_record["effects"], run_record["states"], run_record["first_state"] = (
+        len(code),
+        states,
+        first,
+    )
     for name, values in (("code", code), ("where", where), ("other", other), ("par", par)):
-        made[name][0, : len(code)] = values
-    return made
+        run_record[name][0, : len(code)] = values
+    return run_record
 
 
 def check_size(e: Equations, where: str) -> None:
     """Raise InputError for a system that is too large. where: its name, for messages."""
     quantities = 1 + 2 * len(e.inputs) + len(e.seams) + 2 * len(e.states)
-    for what, found, most in (
+    for kind, count, limit in (
         ("states", len(e.states), MOST_STATES),
         ("inputs, seams and states", quantities, MOST_QUANTITIES),
     ):
-        if found > most:
+        if count > limit:
             raise InputError(
-                f"the system has too many {what}",
+                f"the system has too many {kind}",
                 where=where,
-                expected=f"at most {most}",
-                found=str(found),
+                expected=f"at most {limit}",
+                found=str(count),
                 remedy="explain it as an FMU or as a Python function",
             )

@@ -1,4 +1,4 @@
-"""Times by which the equations of a model file delay a quantity: parameters, or constants."""
+"""Delay times in the equations of a model file: parameters or constants."""
 
 from collections.abc import Iterator
 
@@ -10,36 +10,36 @@ from slipbench.protocol.errors import InputError
 
 
 def delay_times(e: Equations, values: Floats) -> tuple[float, ...]:
-    """Time of each delay, s. values: of the parameters, SI."""
+    """Return the time of each delay, s. values: of the parameters, SI, (parameters,)."""
     times = (delay.time for _, delays in e.delays for delay in delays)
     return tuple(float(values[e.parameters.index(t)]) if isinstance(t, str) else t for t in times)
 
 
 def without_negative(e: Equations, values: Floats) -> Floats:
-    """Return the parameters with the times of delays at 0 or above."""
-    kept = values.copy()
+    """Return the parameters, SI, (parameters,), with delay times limited to 0 s or more."""
+    limited = values.copy()
     for name in _names(e):
         k = e.parameters.index(name)
-        kept[k] = max(kept[k], 0.0)
-    return kept
+        limited[k] = max(limited[k], 0.0)
+    return limited
 
 
 def check_delays(e: Equations, file: ModelFile, where: str) -> None:
-    """Raise InputError where a parameter that is the time of a delay is below 0."""
+    """Raise InputError where a parameter that is a delay time is below 0."""
     for name in _names(e):
-        told = file.parameters[name]
-        if told.si < 0.0:
+        number = file.parameters[name]
+        if number.si < 0.0:
             raise InputError(
                 f"the parameter {name!r} is the time of a delay, and below 0",
                 where=f"{where}: parameters.{name}",
                 expected="0 s or more: no equation knows the future",
-                found=f"{told.value:g} {told.unit}",
+                found=f"{number.value:g} {number.unit}",
                 remedy="write the delay on the other quantities",
             )
 
 
 def check_length(e: Equations, values: Floats, record: Record, where: str) -> None:
-    """Raise InputError where a delay is as long as the recording."""
+    """Raise InputError where a delay is as long as the recording. values: SI, (parameters,)."""
     length = record.grid.rows * record.grid.step
     longest = max(delay_times(e, values), default=0.0)
     if longest >= length:
@@ -53,6 +53,6 @@ def check_length(e: Equations, values: Floats, record: Record, where: str) -> No
 
 
 def _names(e: Equations) -> Iterator[str]:
-    """Yield the parameters that are times of delays."""
+    """Yield the names of the parameters that are delay times."""
     for _, delays in e.delays:
         yield from (d.time for d in delays if isinstance(d.time, str))

@@ -1,4 +1,4 @@
-"""The equations of a model file, read and put in order."""
+"""The equations of a model file, parsed and in the order of evaluation."""
 
 from dataclasses import dataclass
 
@@ -9,9 +9,9 @@ from slipbench.identification.mismatch.systems.stops import Stop, read_stops
 
 @dataclass(frozen=True)
 class Equations:
-    """Names in order, and the kernel's text of every equation.
+    """Names in kernel order, and the kernel text of every equation.
 
-    delays: places whose equations use delayed quantities, with these. stops: of states.
+    delays: each place whose equation has delayed quantities, with these. stops: of states.
     """
 
     parameters: tuple[str, ...]
@@ -25,7 +25,7 @@ class Equations:
 
     @property
     def places(self) -> tuple[str, ...]:
-        """Every place at which something may act, in the kernel's order."""
+        """Names of all injection points, in kernel order."""
         return (
             *self.inputs,
             *(name for name, _ in self.seams),
@@ -35,12 +35,12 @@ class Equations:
 
 
 def rate_name(state: str) -> str:
-    """Return the name of the place at a state's rate."""
+    """Return the name of the injection point at a state's rate."""
     return f"{state}_rate"
 
 
 def equations(file: ModelFile, where: str) -> Equations:
-    """Read all equations. A seam may use the seams before it. Raises InputError."""
+    """Parse all equations. A seam may use the seams before it. Raises InputError."""
     known = [*file.inputs, *file.states]
 
     def read(text: str, key: str) -> Expression:
@@ -52,7 +52,7 @@ def equations(file: ModelFile, where: str) -> Equations:
         known.append(name)
     rates = {n: read(s.rate, f"states.{n}.rate") for n, s in file.states.items()}
     outputs = {n: read(o.value, f"outputs.{n}.value") for n, o in file.outputs.items()}
-    there = [*seams.items(), *((rate_name(n), r) for n, r in rates.items()), *outputs.items()]
+    in_order = [*seams.items(), *((rate_name(n), r) for n, r in rates.items()), *outputs.items()]
     return Equations(
         (*file.parameters,),
         (*file.inputs,),
@@ -60,6 +60,6 @@ def equations(file: ModelFile, where: str) -> Equations:
         tuple(r.text for r in rates.values()),
         tuple((n, s.text) for n, s in seams.items()),
         tuple((n, o.text) for n, o in outputs.items()),
-        tuple((place, e.delays) for place, e in there if e.delays),
+        tuple((place, e.delays) for place, e in in_order if e.delays),
         read_stops(file, where),
     )

@@ -1,9 +1,9 @@
-"""Equations are text in a model file; here they are read, and nothing but arithmetic passes.
+"""Parse the equations of a model file; only arithmetic is accepted.
 
-The text goes through Python's own parser and every node is held against a list. What passes becomes
-the text of a compiled kernel; nothing is ever evaluated as it stands.
+Python's parser reads the text, and each node of the syntax tree must be of an allowed type. An
+accepted equation becomes text of a compiled kernel; the text of the file is never evaluated.
 
-`delay(quantity, time)` is the value of a quantity that time ago; the time is a parameter or a number.
+`delay(quantity, time)` is the quantity delayed by a time, which is a parameter or a number, s.
 """
 
 import ast
@@ -32,7 +32,7 @@ DELAY = "delay"
 ARGUMENTS = {"atan2": 2, "min": 2, "max": 2, DELAY: 2}
 CALLED = (*FUNCTIONS, DELAY)
 OF_VECTORS = {"sum": 1, "norm": 1, "transpose": 1, "dot": 2, "cross": 2}
-"""Functions of vectors and matrices, and how many arguments each has (vectors/equation.py)."""
+"""Functions of vectors and matrices, and their numbers of arguments (vectors/equation.py)."""
 ALLOWED = (
     ast.Expression,
     ast.BinOp,
@@ -57,19 +57,19 @@ ALLOWED = (
 )
 PREFIX = "q_"
 LATE = "late_"
-"""Before the number of a delayed quantity of an equation."""
+"""Prefix of the number of a delayed quantity of an equation."""
 LONGEST = 1000
-"""Characters of an equation."""
+"""Largest number of characters of an equation."""
 SHOWN = 60
-"""Characters of a faulty part that a message repeats."""
+"""Largest number of characters of a faulty part that a message quotes."""
 DEEPEST = 100
-"""Nested operations of an equation; the sum of 100 terms has as many."""
+"""Largest number of nested operations of an equation; a sum of n terms has n - 1."""
 SPLIT = "split the equation into seams"
 
 
 @dataclass(frozen=True)
 class Delay:
-    """A quantity some time ago. text: of the quantity in a kernel; time: a parameter, or s."""
+    """A delayed quantity. text: its kernel text; time: name of a parameter, or a number, s."""
 
     text: str
     time: str | float
@@ -77,10 +77,9 @@ class Delay:
 
 @dataclass(frozen=True)
 class Expression:
-    """text: as it stands in a kernel, every name with a prefix; names: that it uses.
+    """A parsed equation. text: kernel text, every name with a prefix; names: names that it uses.
 
-    delays: delayed quantities; the text calls the first `late_0`, and a later one may use those
-    before it.
+    delays: delayed quantities; the text names the first `late_0`, and each may use those before it.
     """
 
     text: str
@@ -91,9 +90,9 @@ class Expression:
 def read_expression(
     text: str, known: Iterable[str], where: str, parameters: Collection[str] = ()
 ) -> Expression:
-    """Read one equation. known: names that may stand in it. Raises InputError.
+    """Parse one equation. known: names that it may use. Raises InputError.
 
-    parameters: those of the names that may be the time of a delay.
+    parameters: names that it may use as well, also as the time of a delay.
     """
     tree = parsed(text, where)
     names = frozenset(_names(tree, {*known, *parameters}, where))
@@ -103,7 +102,7 @@ def read_expression(
 
 
 def parsed(text: str, where: str) -> ast.Expression:
-    """Return the syntax tree of an equation. Raises InputError where it is none, or too large."""
+    """Return the syntax tree of an equation. Raises InputError if invalid or too large."""
     if len(text) > LONGEST:
         raise InputError(
             "an equation is too long",
@@ -131,7 +130,7 @@ def parsed(text: str, where: str) -> ast.Expression:
 
 
 def too_deep(where: str, found: str, remedy: str = SPLIT) -> InputError:
-    """Error for an equation of too many operations one within the other."""
+    """Return the error for an equation with too many nested operations."""
     return InputError(
         "an equation has too many nested operations",
         where=where,
@@ -142,7 +141,7 @@ def too_deep(where: str, found: str, remedy: str = SPLIT) -> InputError:
 
 
 def _depth(tree: ast.Expression) -> int:
-    """Number of operations one within the other, without recursion."""
+    """Return the number of nested operations, without recursion."""
     depth, level = 0, [tree.body]
     while level := [
         child
@@ -192,11 +191,11 @@ def check_number(value: object, where: str) -> None:
 
 
 def check_call(node: ast.Call, where: str) -> None:
-    """Raise InputError unless a known function has its number of arguments."""
+    """Raise InputError unless a call is one of a known function with its number of arguments."""
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     if name not in CALLED or node.keywords or len(node.args) != ARGUMENTS.get(name, 1):
-        two = (*ARGUMENTS, *(n for n, count in OF_VECTORS.items() if count == 2))
-        expected = f"{', '.join((*CALLED, *OF_VECTORS))}; {', '.join(two)} with two arguments"
+        binary = (*ARGUMENTS, *(n for n, count in OF_VECTORS.items() if count == 2))
+        expected = f"{', '.join((*CALLED, *OF_VECTORS))}; {', '.join(binary)} with two arguments"
         raise InputError(
             f"{shortened(ast.unparse(node))!r} may not be called in an equation",
             where=where,
@@ -205,7 +204,7 @@ def check_call(node: ast.Call, where: str) -> None:
 
 
 def refused(found: str, where: str) -> InputError:
-    """Error for a part of an equation that is no arithmetic."""
+    """Return the error for a part of an equation that is not arithmetic."""
     return InputError(
         "an equation may hold arithmetic alone",
         where=where,
@@ -235,9 +234,9 @@ def _time_of(node: ast.expr, parameters: Collection[str], where: str) -> str | f
 
 
 class _Renamed(ast.NodeTransformer):
-    """Puts the prefix before quantities and the module before functions; numbers become floats.
+    """Add the prefix to quantities and the module to functions; convert numbers to floats.
 
-    delays: delayed quantities so far, which get a name each.
+    delays: delayed quantities found so far; each gets a name.
     """
 
     def __init__(self, parameters: Collection[str], where: str) -> None:
@@ -253,8 +252,8 @@ class _Renamed(ast.NodeTransformer):
         return ast.Call(function, arguments, [])
 
     def _delay(self, quantity: ast.expr, time: ast.expr) -> ast.AST:
-        told = _time_of(time, self._parameters, self._where)
-        self.delays.append(Delay(_unparsed(self.visit(quantity)), told))
+        delay_time = _time_of(time, self._parameters, self._where)
+        self.delays.append(Delay(_unparsed(self.visit(quantity)), delay_time))
         return ast.Name(f"{LATE}{len(self.delays) - 1}", ast.Load())
 
     def visit_Name(self, node: ast.Name) -> ast.AST:

@@ -1,16 +1,15 @@
-"""Noise in what drives a system: its best predictor is smoothed, and no physics smoothes it.
+"""Noise of a measured input: symmetric smoothing filters of the input as nuisances.
 
-Where an input u is motion s and noise n, what follows s is best foretold not by u but by its
-Wiener filter S_s / (S_s + S_n) u, and a simulation that u drives seems to lack a lag, a mode, or
-whatever else rounds u off. But noise knows no before and after: that filter is real, so it smoothes
-to both sides alike, which no cause does. So for an input whose file tells noise the symmetric
-filters
+Where an input u is motion s plus noise n, the best linear predictor of a response to s uses not u
+but its Wiener filter S_s / (S_s + S_n) u. A simulation driven by u then seems to lack a lag, a mode
+or another low-pass effect. The transfer function of the Wiener filter is real: it has zero phase,
+which no causal effect has. So for an input with sensor noise the symmetric filters
 
     u + q_k (G_k u - u),   G_k a Gaussian window of k-th width,
     q_k ~ N(0, s_k^2),     s_k = min(1, deviation of n over that of G_k u - u)
 
-vary with the rest, and explain nothing; a lag, which has a direction, remains. s_k: what a filter takes
-off is about as much as the noise. Wider, it would take motion off, as a lag does. (Kay,
+are nuisances of the fit; a lag, which is causal, remains identifiable. s_k: a filter removes about
+as much as the noise. With a wider prior it would remove motion, as a lag does. (Kay,
 "Fundamentals of statistical signal processing: estimation theory" (1993), chapter 12; Soederstroem,
 "Errors-in-variables methods in system identification", Automatica 43, 2007.)
 """
@@ -21,13 +20,13 @@ from scipy import ndimage
 from slipbench.plant.signals import Floats
 
 WIDTHS = (0.7, 1.4, 2.8, 5.6)
-"""Standard deviations of the windows, in samples: octaves about the fastest that can be told."""
+"""Standard deviations of the windows, in samples: octaves from the shortest resolvable one."""
 
 
 def smoothings(values: Floats, rows_per_sample: float, noise: float) -> list[Floats]:
-    """Return what each window takes off an input and adds to it, (rows,) each, per prior deviation.
+    """Return G_k u - u of each window, (rows,) each, times its prior deviation s_k.
 
-    noise: standard deviation of the sensor's noise, in the unit of the values.
+    values: the input u, (rows,). noise: standard deviation of the sensor's noise, in the unit of u.
     """
     changes = (
         ndimage.gaussian_filter1d(values, width * rows_per_sample, mode="nearest") - values
@@ -37,9 +36,9 @@ def smoothings(values: Floats, rows_per_sample: float, noise: float) -> list[Flo
 
 
 def noise_of(samples: Floats) -> float:
-    """Return the deviation that white noise of samples has at most, from their second differences.
+    """Return an upper bound of the deviation of white noise in samples, (n,).
 
-    Rice, "Bandwidth choice for nonparametric regression", Annals of Statistics 12 (1984): what is
-    smooth from sample to sample has next to none.
+    It is taken from second differences, in which smooth motion is small (Rice, "Bandwidth choice
+    for nonparametric regression", Annals of Statistics 12 (1984)).
     """
     return float(np.sqrt(np.mean(np.diff(samples, 2) ** 2) / 6.0)) if samples.size > 2 else 0.0

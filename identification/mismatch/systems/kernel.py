@@ -1,13 +1,14 @@
-"""The equations of a model file become the text of one compiled kernel, effects included.
+"""Generate the text of one compiled kernel from the equations of a model file, effects included.
 
-Effects are handed in as numbers: a code, a place, what it uses, parameters. So one kernel serves
-every combination of them, and is compiled once a model file (plant/compiled.py keeps it on disk).
-Steps are the classical fourth-order Runge-Kutta rule; inputs are held or follow lines in a row.
+An effect is passed as numbers: code, place, index of the other quantity, parameters. So one kernel
+serves every combination of effects and is compiled once per model file (plant/compiled.py keeps it
+on disk). Integration uses the classical fourth-order Runge-Kutta method; within a row an input is
+held or interpolated linearly.
 
-A held input jumps between rows. What effects remember is therefore brought up to date twice there:
-at the end of a row, with the input of that row, and at the beginning of the next, with the new
-input and no time elapsed. Otherwise a memory would follow the new input for one step that had
-already passed, or would not see a value from which the input jumped back.
+A held input jumps between rows. Memories of effects are therefore updated twice there: at the end
+of a row with the input of that row, and at the begin of the next row with the new input and zero
+elapsed time. Otherwise a memory would follow the new input during the step before the jump, or
+would miss a value from which the input jumps back.
 """
 
 import inspect
@@ -37,10 +38,10 @@ from slipbench.plant.compiled import FLAGS, inlined, load, text_of
 
 FINE, NOT_FINITE = 0.0, 1.0
 CURVE, PERIODIC_CURVE = -1, -3
-"""Codes of free curves; all others are those of the library."""
+"""Codes of free curves; all other codes are those of library effects."""
 ONE_TURN = 2.0 * math.pi
 OWN = -2
-"""Number of a curve's quantity where it is that at the curve's own place."""
+"""Index of a curve's regressor where it is the quantity at the curve's own place."""
 TYPES = (
     "from slipbench.identification.mismatch.systems.board import ADVANCE, AT"
     f"  # a record of {LAYOUT.itemsize} bytes"
@@ -48,9 +49,9 @@ TYPES = (
 MOMENT = "fraction, elapsed, when, "
 COMMON = f"{MOMENT}board, tables, rings, count, step"
 ALL = f"{COMMON}, push, values, busy"
-"""What `rates` knows besides: pushes, what is told of every place, and where something acts."""
+"""Further arguments of `rates`: disturbances and values of all places, flags of places in use."""
 LINES = ", delay_rings, delay_ends"
-"""What it knows besides where an equation uses a delay: the past of each delayed quantity."""
+"""Further arguments where an equation has a delay: the past of each delayed quantity."""
 
 VIEWS = "x, dx, q, spill = board.x, board.dx, board.q, board.spill"
 RUN = """def advance(x0, u, slopes, held, push, p, boards, tables, ring, step, substeps, out):
@@ -125,35 +126,35 @@ def compose(equations: Equations) -> ModuleType:
 
 @cache
 def effects_module() -> ModuleType:
-    """Compile what may act at a place, once for all systems; returns the module, with `at`."""
+    """Return the compiled effects and curves of all systems: a module with `at`."""
     act = called(place_text("at", LIBRARY), "AT")
     return load("\n".join((TYPES, *effects_texts(LIBRARY), act)))
 
 
 def called(text: str, signature: str) -> str:
-    """Return the text of a function that Python calls. signature: its name in board.py."""
+    """Return the text of a function that Python calls. signature: name of the type in board.py."""
     return f"@njit({signature}, {FLAGS}, cache=True, nogil=True)\n{text}\n"
 
 
 def effects_texts(kinds: Iterable[type[SeamEffect]]) -> list[str]:
-    """Return the texts of functions that `place_text` calls."""
+    """Return the texts of the functions that `place_text` calls."""
     acts = [inlined(text_of(k.act, f"act_{k.name}")) for k in kinds if k.act is not None]
     return [*acts, inlined(KEEP), inlined(PAST), inlined(LINE)]
 
 
 def kernel_text(equations: Equations, effects: str) -> str:
-    """Return the text of a system's kernel. effects: name of the module of what may act."""
+    """Return the text of a system's kernel. effects: name of the module of compiled effects."""
     parts = [TYPES, f"from {effects} import at"]
     if equations.delays:
         parts += [inlined(KEEP), inlined(PAST)]
     parts.append(inlined("\n".join(_rates_lines(equations))))
-    known = _known_to_rates(equations)
-    rest = known.replace("push", "push[r]")
+    arguments = _arguments_of_rates(equations)
+    run_arguments = arguments.replace("push", "push[r]")
     if equations.stops:
-        parts += map(inlined, functions(known.removeprefix(MOMENT), VIEWS))
+        parts += map(inlined, functions(arguments.removeprefix(MOMENT), VIEWS))
     run = RUN.format(
         most=STATES_OF_ONE,
-        rest=rest,
+        rest=run_arguments,
         bad=NOT_FINITE,
         fine=FINE,
         within=WITHIN,
@@ -161,35 +162,41 @@ def kernel_text(equations: Equations, effects: str) -> str:
         row=ROW,
         step=STEP,
         end=END,
-        delays=_no_past(equations),
+        delays=_past_arrays(equations),
         **in_run(
-            equations.stops, equations.states, equations.parameters, rest.removeprefix(MOMENT)
+            equations.stops,
+            equations.states,
+            equations.parameters,
+            run_arguments.removeprefix(MOMENT),
         ),
     )
     return "\n".join([*parts, called(run, "ADVANCE")])
 
 
-def _known_to_rates(e: Equations) -> str:
+def _arguments_of_rates(e: Equations) -> str:
     return ALL + (LINES if e.delays else "")
 
 
-def _no_past(e: Equations) -> str:
-    """Return the line that makes the past of the delayed quantities of equations, if there are."""
+def _past_arrays(e: Equations) -> str:
+    """Return the line that allocates the past of delayed quantities; empty without delays."""
     total = sum(len(delays) for _, delays in e.delays)
-    made = f"np.zeros(({total}, 2, ring)), np.zeros(({total}, 1))"
-    return f"\n    {LINES.removeprefix(', ')} = {made}" if total else ""
+    arrays = f"np.zeros(({total}, 2, ring)), np.zeros(({total}, 1))"
+    return f"\n    {LINES.removeprefix(', ')} = {arrays}" if total else ""
 
 
 def first_input(e: Equations) -> int:
-    """Return the number of the first input among the quantities that effects and curves may use.
+    """Return the index of the first input among the quantities that effects and curves may use.
 
-    Before the inputs and the states: time, the rate of each input, every seam, every state's rate.
+    The order: time, the rate of each input, seams, rates of states, inputs, states.
     """
     return 1 + len(e.inputs) + len(e.seams) + len(e.states)
 
 
 def place_text(name: str, kinds: Iterable[type[SeamEffect]]) -> str:
-    """Return a function that lets everything at one place act on its quantity. kinds: that may."""
+    """Return the text of a function that applies the effects and curves at a place to its quantity.
+
+    kinds: effects that it can apply.
+    """
     return "\n".join(_place_lines(name, kinds))
 
 
@@ -222,7 +229,7 @@ def _place_lines(name: str, kinds: Iterable[type[SeamEffect]]) -> Iterator[str]:
 
 def _branch(kind: type[SeamEffect]) -> Iterator[str]:
     names = [p.name for p in kind.parameters()]
-    known = {
+    expressions = {
         "value": "value",
         "other": "z",
         "memory": "memory[i, 0]",
@@ -233,22 +240,22 @@ def _branch(kind: type[SeamEffect]) -> Iterator[str]:
         "elapsed": "elapsed",
         "rate_of": "own",
     }
-    known |= {name: f"par[i, {k}]" for k, name in enumerate(names)}
-    known |= {name: f"x[b + {k}]" for k, name in enumerate(kind.states)}
+    expressions |= {name: f"par[i, {k}]" for k, name in enumerate(names)}
+    expressions |= {name: f"x[b + {k}]" for k, name in enumerate(kind.states)}
     yield from _starts(kind)
     assert kind.act is not None
     arguments = inspect.signature(kind.act).parameters
     if kind.delay_parameter:
         yield "keep(rings[i], memory[i], count, when, value)"
-        delay = known[kind.delay_parameter]
-        known["past"] = f"past(rings[i], count, fraction, value, {delay} / step)"
-    given = ", ".join(known[a] for a in arguments)
-    call = f"act_{kind.name}({given})"
+        delay = expressions[kind.delay_parameter]
+        expressions["past"] = f"past(rings[i], count, fraction, value, {delay} / step)"
+    passed = ", ".join(expressions[a] for a in arguments)
+    call = f"act_{kind.name}({passed})"
     if kind.remembers:
-        kept = [f"kept_{k}" for k in range(kind.remembers)]
-        yield f"value, {', '.join(kept)} = {call}"
+        memories = [f"kept_{k}" for k in range(kind.remembers)]
+        yield f"value, {', '.join(memories)} = {call}"
         yield f"if when != {WITHIN}:"
-        yield from (f"    memory[i, {k}] = {name}" for k, name in enumerate(kept))
+        yield from (f"    memory[i, {k}] = {name}" for k, name in enumerate(memories))
     elif kind.gives:
         yield f"value, given = {call}"
         yield "if other[i] >= 0:"
@@ -260,7 +267,7 @@ def _branch(kind: type[SeamEffect]) -> Iterator[str]:
 
 
 def _starts(kind: type[SeamEffect]) -> Iterator[str]:
-    """Yield what states and memories are at first, where that is not what they are made with."""
+    """Yield lines that set initial states and memories where they differ from the defaults."""
     if kind.remembers:
         lines = [f"memory[i, {k}] = {s}" for k, s in enumerate(kind.starts) if s != "value"]
     else:
@@ -271,10 +278,10 @@ def _starts(kind: type[SeamEffect]) -> Iterator[str]:
 
 
 def _rates_lines(e: Equations) -> Iterator[str]:
-    """Yield a function that gives the rates of all states, and every place's value."""
+    """Yield the lines of `rates`: it sets the rates of all states and the values of all places."""
     first = first_input(e)
-    late = _late_lines(e)
-    yield f"def rates(u, p, {_known_to_rates(e)}):"
+    delayed = _delay_lines(e)
+    yield f"def rates(u, p, {_arguments_of_rates(e)}):"
     yield f"    {VIEWS}"
     yield f"    for i in range({len(e.states)}):"
     yield "        spill[i] = 0.0"
@@ -290,31 +297,35 @@ def _rates_lines(e: Equations) -> Iterator[str]:
         yield from _at(next(numbers), f"{PREFIX}{name}", f"u[{k}]")
         yield f"    q[{first + k}] = {PREFIX}{name}"
     for name, text in e.seams:
-        yield from late.get(name, ())
+        yield from delayed.get(name, ())
         yield from _at(number := next(numbers), f"{PREFIX}{name}", text)
         yield f"    q[{1 + number}] = {PREFIX}{name}"
     for k, text in enumerate(e.rates):
-        yield from late.get(rate_name(e.states[k]), ())
+        yield from delayed.get(rate_name(e.states[k]), ())
         yield from _at(number := next(numbers), f"dx[{k}]", text, own=f"x[{k}]")
         yield f"    q[{1 + number}] = dx[{k}]"
     for name, text in e.outputs:
-        yield from late.get(name, ())
+        yield from delayed.get(name, ())
         yield from _at(next(numbers), "shown", text)
     yield f"    for i in range({len(e.states)}):"
     yield "        dx[i] += spill[i]"
 
 
-def _late_lines(e: Equations) -> dict[str, list[str]]:
-    """Return what gives the delayed quantities of each place's equation their values, by place."""
+def _delay_lines(e: Equations) -> dict[str, list[str]]:
+    """Return the lines that evaluate the delayed quantities of each place's equation, by place."""
     numbers = count()
     return {
-        place: [line for k, d in enumerate(told) for line in _late(f"{LATE}{k}", d, next(numbers))]
-        for place, told in e.delays
+        place: [
+            line
+            for k, d in enumerate(delays)
+            for line in _delay_update(f"{LATE}{k}", d, next(numbers))
+        ]
+        for place, delays in e.delays
     }
 
 
-def _late(name: str, delay: Delay, number: int) -> Iterator[str]:
-    """Yield lines for one delayed quantity; of a comparison it is the number 0 or 1."""
+def _delay_update(name: str, delay: Delay, number: int) -> Iterator[str]:
+    """Yield the lines of one delayed quantity; a comparison gives the number 0 or 1."""
     time = f"{PREFIX}{delay.time}" if isinstance(delay.time, str) else repr(delay.time)
     ring = f"delay_rings[{number}]"
     yield f"    {name} = 0.0 + ({delay.text})"
@@ -323,10 +334,10 @@ def _late(name: str, delay: Delay, number: int) -> Iterator[str]:
 
 
 def _at(place: int, name: str, text: str, own: str = "np.nan") -> Iterator[str]:
-    """Yield what gives a quantity its value; a place where nothing acts costs no call.
+    """Yield the lines that evaluate a quantity; a place without effects costs no call.
 
-    The equation stands in brackets: without them its conditional or comparison would take the added
-    disturbance into its last branch.
+    The equation is in parentheses: otherwise the last branch of a conditional, or the last side of
+    a comparison, would include the added disturbance.
     """
     yield f"    {name} = ({text}) + push[{place}]"
     yield f"    if busy[{place}]:"

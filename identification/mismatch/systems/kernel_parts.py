@@ -1,13 +1,14 @@
-"""Text of functions that a compiled kernel calls: delays of what jumps between rows, broken lines."""
+"""Text of functions that a kernel calls: delays of quantities with jumps, linear interpolation."""
 
 WITHIN, FIRST, ROW, STEP, END = range(5)
-"""When the rates are evaluated: within a step, at the beginning of all, of a row, of a later step
-of the same row, and at a row's end."""
+"""Instants at which the rates are evaluated: within a step; at the begin of the simulation, of a
+row, of a later step of the row; at the end of a row."""
 
-# A quantity is the sum of its jumps between rows, which are level over a step, and of a rest that
-# follows lines in a step. Of the delayed jumps the mean over the step acts: at the stages of a step
-# alone, a jump within the step would not move with the delay.
-# ring: jumps so far, and the rest at a step's beginning. memory: the whole at the last row's end.
+# A quantity is the sum of its jumps between rows, constant over a step, and of a remainder that is
+# linear over a step. Delayed jumps act by their mean over the step: evaluated at the stages of the
+# step only, a jump within the step would not move with the delay.
+# ring: sum of the jumps so far, and the remainder, at the begin of each step. memory: the quantity
+# at the end of the last row.
 KEEP = f"""def keep(ring, memory, count, when, value):
     here, before = count & (ring.shape[1] - 1), (count - 1) & (ring.shape[1] - 1)
     if when == {FIRST}:
@@ -34,7 +35,7 @@ PAST = """def past(ring, count, fraction, value, delay_steps):
     return jumps + new + share * (old - new)
 """
 
-# A broken line, level beyond its knots. table: knots, values; the last may be repeated.
+# Linear interpolation, constant beyond the knots. table: knots, values; the last may be repeated.
 LINE = """def line(table, z):
     last = table.shape[1] - 1
     if z <= table[0, 0]:

@@ -1,7 +1,7 @@
-"""Usual magnitude of the rate of a state: what its equation gives for usual inputs and states.
+"""Usual magnitude of the rate of a state: RMS of its equation over random inputs and states.
 
-The size of a state tells how large it is, not how fast it changes. So the equation is evaluated for
-inputs and states drawn within their sizes, and the root mean square is taken.
+The size of a state is the magnitude of its value, not of its rate. So the equation is evaluated for
+inputs and states drawn uniformly within their sizes, and the root mean square is taken.
 """
 
 import math
@@ -18,27 +18,29 @@ SEED = 1
 
 
 def usual_rates(file: ModelFile) -> dict[str, float]:
-    """Usual magnitude of the rate of each state, SI.
+    """Return the usual magnitude of the rate of each state, SI.
 
-    Where no draw can be evaluated, and where the rate is known to an outside simulation only, it is
-    the size of the state in a sampling period.
+    Where no draw can be evaluated, and where an outside simulation computes the rate, it is the
+    size of the state per period of the model file.
     """
-    slowest = {name: abs(state.size.si) / file.period for name, state in file.states.items()}
+    fallback = {name: abs(state.size.si) / file.period for name, state in file.states.items()}
     if any(isinstance(state, DrivenState) for state in file.states.values()):
-        return slowest
-    drawn = [found for found in _draws(file) if all(map(math.isfinite, found))]
-    if not drawn:
-        return slowest
-    usual = np.sqrt(np.mean(np.square(drawn), axis=0))
-    return {n: float(u) or slowest[n] for n, u in zip(file.states, usual, strict=True)}
+        return fallback
+    samples = [rates for rates in _draws(file) if all(map(math.isfinite, rates))]
+    if not samples:
+        return fallback
+    rms = np.sqrt(np.mean(np.square(samples), axis=0))
+    return {
+        name: float(value) or fallback[name] for name, value in zip(file.states, rms, strict=True)
+    }
 
 
 def _draws(file: ModelFile) -> Iterator[list[float]]:
-    """Yield the rates of all states for drawn inputs and states, where they can be evaluated."""
+    """Yield the rates of all states for random inputs and states, where they can be evaluated."""
     rng = np.random.default_rng(SEED)
-    equations(file, file.name)  # refuses what is not arithmetic
-    sizes = {name: abs(told.size.si) for name, told in file.inputs.items()}
-    sizes |= {name: abs(told.size.si) for name, told in file.states.items()}
+    equations(file, file.name)  # raises InputError unless all is arithmetic
+    sizes = {name: abs(entry.size.si) for name, entry in file.inputs.items()}
+    sizes |= {name: abs(entry.size.si) for name, entry in file.states.items()}
     for _ in range(DRAWS):
         known = {name: number.si for name, number in file.parameters.items()}
         known |= {name: size * float(rng.uniform(-1.0, 1.0)) for name, size in sizes.items()}

@@ -1,14 +1,15 @@
-"""A model file tells any system in a page: states with equations, inputs, outputs, seams.
+"""A model file defines a system: states with equations, inputs, outputs, seams.
 
 TOML. Equations are text over the names of parameters, inputs, states and seams. A number is
-`{ value = 3, unit = "mm", plus_minus = 1 }`; plus_minus is the half width of what is believed with
-95 %, 5 % of the value if it is not told, nothing if it is 0. `size` is the usual magnitude of a
-quantity: what is large and what is small follows from it.
+`{ value = 3, unit = "mm", plus_minus = 1 }`; plus_minus is the half width of the 95 % interval: 5 %
+of the value by default; 0 means exact. `size` is the usual magnitude of a quantity, to which
+magnitudes are related.
 
-Vectors and matrices become their elements before the file is checked (vectors/expansion.py).
+Vectors and matrices are replaced by their elements before the file is checked
+(vectors/expansion.py).
 
-A parameter above 0 errs by a factor: its half width is at most 10 times its value. One that may have
-either sign is written as 0 or less.
+A parameter above 0 is uncertain by a factor: its half width is at most 10 times its value. A
+parameter of either sign is written as 0 or less.
 """
 
 from itertools import pairwise
@@ -24,11 +25,11 @@ from slipbench.protocol.configuration import Seconds, Section, load_toml, parse
 from slipbench.protocol.units import to_base
 
 LARGEST = 1e30
-"""Largest magnitude of a number in base units: what equations do with it is still a float."""
+"""Largest magnitude of a number in base units; results of equations must not overflow a float."""
 SMALLEST = 1e-30
 """Smallest magnitude of a size in base units."""
 MOST_HALF_WIDTHS = 10.0
-"""Largest half width (95 %) of a parameter above 0, in values: a factor of 22 000."""
+"""Largest half width (95 %) of a parameter above 0 over its value: a factor of 22 000."""
 
 
 class Number(Section):
@@ -72,7 +73,7 @@ class Number(Section):
 
 
 def _magnitude(size: Number) -> Number:
-    """Return a size; raises ValueError where its magnitude or a power of it is none."""
+    """Return a size. Raises ValueError where its magnitude is below SMALLEST."""
     if not abs(size.si) >= SMALLEST:
         raise ValueError(
             f"{size.value:g} {size.unit} is no size: the usual magnitude of the quantity is expected"
@@ -112,12 +113,12 @@ class Input(Section):
 
     @property
     def steps(self) -> bool:
-        """Whether it stays as it was told until it is told anew."""
+        """Whether the last sample is held until the next one."""
         return self.held and not self.smooth
 
     @property
     def noisy(self) -> bool:
-        """Whether it may hold noise of a sensor; untold, what follows lines was measured."""
+        """Whether it may contain sensor noise; by default, whether it is interpolated linearly."""
         if self.noise is None:
             return not self.held and not self.smooth
         return self.noise.value > 0.0
@@ -229,7 +230,7 @@ class CurveTable(Section):
     periodic: bool = False
 
     @model_validator(mode="after")
-    def _a_broken_line(self) -> "CurveTable":
+    def _check_knots(self) -> "CurveTable":
         if any(b <= a for a, b in pairwise(self.knots)):
             raise ValueError("knots do not increase; sort them, without repeating one")
         for name, row in (("values", self.values), ("plus_minus", self.plus_minus)):
@@ -310,19 +311,19 @@ class ModelFile(Section):
         return parameters
 
     @model_validator(mode="after")
-    def _one_meaning_each(self) -> "ModelFile":
-        seen: set[str] = set(FUNCTIONS)
+    def _unique_names(self) -> "ModelFile":
+        names: set[str] = set(FUNCTIONS)
         for part in (self.parameters, self.inputs, self.states, self.seams, self.outputs):
             for name in part:
                 if not name.isidentifier():
                     raise ValueError(f"{name!r} is not a valid name: letters, digits and _ only")
-                if name in seen:
+                if name in names:
                     raise ValueError(f"{name!r} is defined twice, or is the name of a function")
-                seen.add(name)
+                names.add(name)
         return self
 
     @model_validator(mode="after")
-    def _one_curve_each(self) -> "ModelFile":
+    def _unique_curves(self) -> "ModelFile":
         pairs = [(c.at, c.along, c.periodic) for c in self.curves]
         for pair in pairs:
             if pairs.count(pair) > 1:
@@ -331,28 +332,33 @@ class ModelFile(Section):
 
     @model_validator(mode="after")
     def _references(self) -> "ModelFile":
-        """Check that what one part names is there in another."""
-        moving = {*self.states, *self.inputs}
-        named = [(f"seams.{k}.along", s.along, moving) for k, s in self.seams.items()]
+        """Check that each name that an entry refers to exists."""
+        signals = {*self.states, *self.inputs}
+        references = [(f"seams.{k}.along", s.along, signals) for k, s in self.seams.items()]
         for key, state in self.states.items():
-            named.append((f"states.{key}.overflows_into", state.overflows_into, {*self.states}))
+            references.append(
+                (f"states.{key}.overflows_into", state.overflows_into, {*self.states})
+            )
             if isinstance(state, DrivenState):
-                named.append((f"states.{key}.along", state.along, {*self.states}))
+                references.append((f"states.{key}.along", state.along, {*self.states}))
             ends = {"low": state.low, "high": state.high, "restitution": state.restitution}
-            named += [
-                (f"states.{key}.{end}", told or "''", {*self.parameters})
-                for end, told in ends.items()
-                if isinstance(told, str)
+            references += [
+                (f"states.{key}.{end}", limit or "''", {*self.parameters})
+                for end, limit in ends.items()
+                if isinstance(limit, str)
             ]
             if isinstance(state.start, str):
-                named.append((f"states.{key}.start", state.start or "''", {*self.outputs}))
-        for key, name, there in named:
-            if name and name not in there:
-                expected = ", ".join(sorted(there)) or "none"
+                references.append((f"states.{key}.start", state.start or "''", {*self.outputs}))
+        for key, name, allowed in references:
+            if name and name not in allowed:
+                expected = ", ".join(sorted(allowed)) or "none"
                 raise ValueError(f"{key} = {name!r} does not exist; one of {expected} is expected")
         return self
 
 
 def load_model_file(path: Path) -> ModelFile:
-    """Read a model file; its vectors become their elements. Raises InputError, which tells every fault."""
+    """Read a model file; vectors are replaced by their elements.
+
+    Raises InputError, which states every fault.
+    """
     return parse(without_vectors(load_toml(path), path.name), ModelFile, where=str(path))

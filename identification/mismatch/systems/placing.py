@@ -1,4 +1,4 @@
-"""Every effect at every place of a system where it may act."""
+"""Every effect of the library at every injection point of a system where it may act."""
 
 import math
 import re
@@ -37,16 +37,16 @@ from slipbench.plant.errors import ParameterError, nearest
 from slipbench.protocol.errors import InputError
 
 LINE = 0.02
-"""Size of a line of which a signature is taken, in the usual magnitude of its place."""
+"""Amplitude of an order line whose response is simulated, in the usual magnitude of its place."""
 POSITIONS = ("rad", "m", "count")
-"""Units of what a position loop is commanded to."""
+"""Units of the command of a position loop."""
 
 
 def places(file: ModelFile) -> Iterator[Place]:
-    """Yield the quantities at which something may act, in the kernel's order."""
-    for name, told in file.inputs.items():
-        if not (isinstance(told, DrivenInput) and told.exact):
-            yield _place(name, INPUT, told.size)
+    """Yield the injection points: quantities at which an effect may act, in kernel order."""
+    for name, entry in file.inputs.items():
+        if not (isinstance(entry, DrivenInput) and entry.exact):
+            yield _place(name, INPUT, entry.size)
     for name, seam in file.seams.items():
         yield _place(name, SEAM, seam.size)
     for name, state in file.states.items():
@@ -62,7 +62,7 @@ def _place(name: str, kind: str, size: Number) -> Place:
 
 @cache
 def library(read: "Read") -> tuple[type[SeamEffect], ...]:
-    """Return every effect at every place, and at every variant of what varies."""
+    """Return every effect at every place, once for each of its variants."""
     return tuple(
         placed(kind, used, read.file.period, factor)
         for kind in LIBRARY
@@ -74,20 +74,20 @@ def library(read: "Read") -> tuple[type[SeamEffect], ...]:
 
 
 class Read:
-    """A model file as a key of a cache: itself alone is equal to it."""
+    """A model file as a key of a cache; it is compared by identity."""
 
     def __init__(self, file: ModelFile) -> None:
         self.file = file
 
 
 def _using(kind: type[SeamEffect], place: Place, file: ModelFile) -> Iterator[Place]:
-    """Yield the place once for every other quantity that the effect may use there."""
+    """Yield the place once for each other quantity that the effect may use there."""
     if not kind.uses:
         yield place
     elif kind.uses == "along":
-        along = _speed_at(place, file)
-        if along:
-            yield _with(_of_usual_size(place, file), along, file)
+        speed = _speed_at(place, file)
+        if speed:
+            yield _with(_with_usual_rate(place, file), speed, file)
     elif kind.uses in ALONE:
         if ALONE[kind.uses](place, file):
             yield place
@@ -96,11 +96,11 @@ def _using(kind: type[SeamEffect], place: Place, file: ModelFile) -> Iterator[Pl
             yield _with(place, name, file)
 
 
-def _of_usual_size(place: Place, file: ModelFile) -> Place:
-    """Return a place at a rate with the usual magnitude of the rate.
+def _with_usual_rate(place: Place, file: ModelFile) -> Place:
+    """Return a place; at the rate of a state, with the usual magnitude of the rate as its size.
 
-    What acts along a speed is a force beside the usual ones. A limit is sized by the largest rate,
-    with which a state changes by its size in a sampling period.
+    An effect over a speed is a force comparable to the usual ones. A limit has the largest rate as
+    its size instead: the state changes by its size within a period.
     """
     if place.kind != RATE:
         return place
@@ -108,7 +108,7 @@ def _of_usual_size(place: Place, file: ModelFile) -> Place:
 
 
 def _others(uses: str, place: Place, file: ModelFile) -> Iterable[str]:
-    """Inputs and states that an effect may use at a place."""
+    """Return the inputs and states that an effect may use at a place."""
     inputs = [name for name in file.inputs if name != place.name]
     if uses == "into":
         return (_state(place, file),)
@@ -120,44 +120,46 @@ def _others(uses: str, place: Place, file: ModelFile) -> Iterable[str]:
         return inputs
     if uses == "turn":
         return (name for name in turning(file) if name != place.name)
-    return (name for name in inputs if _told(name, file).size.si_unit == "rad")
+    return (name for name in inputs if _entry(name, file).size.si_unit == "rad")
 
 
 def turning(file: ModelFile) -> list[str]:
-    """Names of inputs and states that are angles and go round."""
-    return [name for name in (*file.inputs, *file.states) if _turns(name, file)]
+    """Return the names of inputs and states that are rotation angles."""
+    return [name for name in (*file.inputs, *file.states) if _rotates(name, file)]
 
 
-def _turns(name: str, file: ModelFile) -> bool:
-    """Tell whether a quantity is an angle that goes round: an input that leans does not."""
-    size = _told(name, file).size
+def _rotates(name: str, file: ModelFile) -> bool:
+    """Return whether a quantity is a rotation angle; an input of less than a turn is not."""
+    size = _entry(name, file).size
     return size.si_unit == "rad" and (name in file.states or abs(size.si) >= 2.0 * math.pi)
 
 
 def lines(file: ModelFile) -> Iterator[Turn]:
-    """Yield what could tell where an unseen angle stood: a force once a turn, and more often."""
+    """Yield order lines of forces, which can identify the initial value of an unmeasured angle."""
     angle = unseen_angle(file)
     for place in places(file) if angle else ():
         if place.kind == SEAM:
             at = _with(place, angle, file)
             size = LINE * place.size
-            once: Callable[..., SeamEffect] = placed(Unbalance, at, file.period)
-            often: Callable[..., SeamEffect] = placed(Cogging, at, file.period)
-            yield Turn(once(size, 0.0), once(size, 0.5 * math.pi), 1.0)
+            first_order: Callable[..., SeamEffect] = placed(Unbalance, at, file.period)
+            higher_order: Callable[..., SeamEffect] = placed(Cogging, at, file.period)
+            yield Turn(first_order(size, 0.0), first_order(size, 0.5 * math.pi), 1.0)
             order = next(p for p in Cogging.parameters() if p.name == "order")
             for n in np.arange(order.low, order.high + 1.0):
-                yield Turn(often(size, n, 0.0), often(size, n, 0.5 * math.pi), float(n))
+                yield Turn(
+                    higher_order(size, n, 0.0), higher_order(size, n, 0.5 * math.pi), float(n)
+                )
 
 
 def unseen_angle(file: ModelFile) -> str:
-    """Return the angle of which recordings tell only the speed, so that each begins anywhere.
+    """Return the rotation angle of unknown initial value: only its speed is recorded.
 
-    It goes round, starts where the file says, not exactly, and is in no equation. Empty: there is
-    none, or several.
+    It is a state, its initial value is stated in the file and is not exact, and no equation uses
+    it. Empty: there is none, or there are several.
     """
     texts = [s.value for s in file.seams.values()] + [o.value for o in file.outputs.values()]
     texts += [s.rate for s in file.states.values()]
-    found = [
+    names = [
         name
         for name in turning(file)
         if (state := file.states.get(name)) is not None
@@ -166,32 +168,32 @@ def unseen_angle(file: ModelFile) -> str:
         and not (state.first is not None and state.first.si == 0.0)
         and not any(re.search(rf"\b{name}\b", text) for text in texts)
     ]
-    return found[0] if len(found) == 1 else ""
+    return names[0] if len(names) == 1 else ""
 
 
 def _state(place: Place, file: ModelFile) -> str:
-    """Name of the state at whose rate a place is."""
+    """Return the state at whose rate a place is."""
     return next(s for s in file.states if rate_name(s) == place.name)
 
 
 def _positions(speed: str, file: ModelFile) -> list[str]:
-    """Names of the states whose rate is this state and nothing else."""
+    """Return the states whose rate is just this state."""
     return [name for name, state in file.states.items() if state.rate.strip() == speed]
 
 
 def is_speed(state: str, file: ModelFile) -> bool:
-    """Tell whether a state is a speed: of a position, along a seam, or by its unit."""
-    along = any(seam.along == state for seam in file.seams.values())
+    """Return whether a state is a speed: of a position, of a seam (`along`), or by its unit."""
+    of_seam = any(seam.along == state for seam in file.seams.values())
     unit = file.states[state].size.si_unit
-    return along or bool(_positions(state, file)) or unit.endswith("/s")
+    return of_seam or bool(_positions(state, file)) or unit.endswith("/s")
 
 
 def is_store(state: str, file: ModelFile) -> bool:
-    """Tell whether a state is neither a speed nor the integral of another state."""
+    """Return whether a state is neither a speed nor the integral of another state."""
     return not is_speed(state, file) and file.states[state].rate.strip() not in file.states
 
 
-def _told(name: str, file: ModelFile) -> State | Input | Output:
+def _entry(name: str, file: ModelFile) -> State | Input | Output:
     if name in file.states:
         return file.states[name]
     return file.inputs[name] if name in file.inputs else file.outputs[name]
@@ -202,24 +204,24 @@ ALONE: Mapping[str, Callable[[Place, ModelFile], bool]] = {
     "of_speed": lambda place, file: is_speed(_state(place, file), file),
     "of_store": lambda place, file: is_store(_state(place, file), file),
 }
-"""Effects that use nothing more, and where they may act."""
+"""Condition on the place, by `uses`, for effects that use no other quantity."""
 
 
 def _suits(kind: type[SeamEffect], place: Place, file: ModelFile) -> bool:
-    """Tell whether an effect may act at a place; what acts along a speed needs one."""
+    """Return whether an effect may act at a place: by its kind, or with the speed that it uses."""
     return place.kind in kind.acts_on or (kind.uses == "along" and bool(_speed_at(place, file)))
 
 
 def _speed_at(place: Place, file: ModelFile) -> str:
-    """Return the speed along which a place acts; empty: none is known.
+    """Return the speed that belongs to a place; empty: none is known.
 
-    The rate of a speed acts along that speed itself.
+    To the rate of a speed belongs that speed itself.
     """
     if place.kind == SEAM:
         return file.seams[place.name].along
     if place.kind != RATE:
-        told = file.inputs.get(place.name)
-        return told.along if isinstance(told, DrivenInput) else ""
+        entry = file.inputs.get(place.name)
+        return entry.along if isinstance(entry, DrivenInput) else ""
     state = _state(place, file)
     driven = file.states[state]
     declared = driven.along if isinstance(driven, DrivenState) else ""
@@ -227,7 +229,7 @@ def _speed_at(place: Place, file: ModelFile) -> str:
 
 
 def _with(place: Place, other: str, file: ModelFile) -> Place:
-    size = _told(other, file).size
+    size = _entry(other, file).size
     return replace(
         place,
         other=other,
@@ -238,20 +240,20 @@ def _with(place: Place, other: str, file: ModelFile) -> Place:
 
 
 def acting(entry: ActingEffect, file: ModelFile, where: str) -> SeamEffect:
-    """Return an effect that the file says acts. Raises InputError."""
+    """Return an effect that the model file states. Raises InputError."""
     if entry.name not in BY_NAME:
         raise InputError(
             f"no effect {entry.name!r}", where=where, remedy=nearest(entry.name, BY_NAME)
         )
     kind = BY_NAME[entry.name]
-    found = [
+    matching = [
         used
         for place in places(file)
         if _suits(kind, place, file) and place.name == entry.at
         for used in _using(kind, place, file)
         if not entry.using or used.other == entry.using
     ]
-    if len(found) != 1:
+    if len(matching) != 1:
         allowed = sorted({p.name for p in places(file) if _suits(kind, p, file)})
         using = f" using {entry.using!r}" if entry.using else ""
         raise InputError(
@@ -259,17 +261,17 @@ def acting(entry: ActingEffect, file: ModelFile, where: str) -> SeamEffect:
             where=where,
             expected=f"one of {', '.join(allowed) or 'no place of this system'}",
         )
-    known = [p.name for p in kind.parameters()]
+    parameters = [p.name for p in kind.parameters()]
     for name in entry.values:
-        if name not in known:
+        if name not in parameters:
             raise InputError(
                 f"{entry.name} has no parameter {name!r}",
                 where=f"{where}.values",
-                expected=", ".join(known),
-                remedy=nearest(name, known),
+                expected=", ".join(parameters),
+                remedy=nearest(name, parameters),
             )
     try:
         values = {name: number.si for name, number in entry.values.items()}
-        return placed(kind, found[0], file.period)(**values)
+        return placed(kind, matching[0], file.period)(**values)
     except (TypeError, ParameterError) as fault:
         raise InputError(str(fault), where=where) from fault

@@ -1,7 +1,7 @@
-"""A recording made ready for the system of a model file: inputs row by row, and sensors.
+"""Prepare a recording for the system of a model file: inputs by row, and sensors.
 
-Residuals are judged in bins of the model file's period; rows are as long as the fastest input's
-period allows. A row tells its own end.
+Residuals are tested in bins of the model file's period; the length of a row follows from the
+sampling interval of the fastest input. The time of a row is its end.
 """
 
 import math
@@ -42,28 +42,30 @@ from slipbench.protocol.recording.recording import Recording
 
 Integers = NDArray[np.intp]
 LEAST = 30  # bins
-STRETCH = 30  # bins, if the file tells nothing
+STRETCH = 30  # bins, where the file states none
 FINER = 4
-"""Rows for each sample of a smooth input, which bends between its samples."""
+"""Rows per sample of a smooth input, which is curved between samples."""
 MOST_ROWS = 2_000_000
 MOST_FINE_ROWS = 200_000
-"""Rows up to which they are as short as a step of integration where samples fall within them."""
+"""Largest number of rows of one integration step each, for samples that lie within rows."""
 WITHIN = 0.02
-"""Of a row: a sample farther from its begin and its end is within it."""
+"""Share of a row: a sample farther than this from its begin and its end lies within it."""
 ALIKE = 0.7
-"""Least correlation at which a clock may be laid: half of what one tells is in the other."""
+"""Least correlation at which a clock may be aligned: half of the variance is common."""
 SLACK = 1e-3
-"""Of a row: a value that is told this close to its begin or end is told there."""
+"""Share of a row: a sample this close to its begin or end counts as simultaneous with it."""
 SPREAD_AT_FIRST = 0.5
-"""Deviation of a state's unknown first value, in its usual magnitude."""
+"""Prior deviation of a state's unknown initial value, in its usual magnitude."""
 
 
 def prepare(recording: Recording, file: ModelFile) -> Record:
-    """Make a recording ready. Raises InputError where an input or every output is missing."""
+    """Prepare a recording. Raises InputError where an input or every output is missing."""
     data = aligned(usable(recording, file))
     _check_inputs(data, file)
-    shown = [n for n, o in file.outputs.items() if data.has(o.role) or _on_own_clock(data, o.role)]
-    if not shown:
+    recorded = [
+        n for n, o in file.outputs.items() if data.has(o.role) or _on_own_clock(data, o.role)
+    ]
+    if not recorded:
         raise InputError(
             "no output of the model file was recorded",
             where=str(recording.folder),
@@ -73,51 +75,52 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
             or "no channels",
             remedy="check the role map and the sensors",
         )
-    _check_starts(file, shown, str(recording.folder))
-    start, end, notes = window(data, file, _covering(data, file, shown))
-    grid = _grid(data, file, start, end, shown)
+    _check_starts(file, recorded, str(recording.folder))
+    start, end, notes = window(data, file, _coverage_times(data, file, recorded))
+    grid = _grid(data, file, start, end, recorded)
     time: Floats = np.asarray(start + grid.step * np.arange(1, grid.rows + 1), np.float64)
     inputs = np.empty((grid.rows, len(file.inputs)))
     for k, name in enumerate(file.inputs):
-        inputs[:, k] = _input(data, file, name, time, grid.step)
-    sensors = {name: _sensor(data, file, name, start, grid) for name in shown}
-    measured = {name: _at(data, file.outputs[name].role, 0.0, time) for name in shown}
-    slow = np.column_stack((_slow(file, grid), *_input_noise(data, file, inputs, grid)))
+        inputs[:, k] = _input_rows(data, file, name, time, grid.step)
+    sensors = {name: _output_sensor(data, file, name, start, grid) for name in recorded}
+    measured = {name: _interpolated(data, file.outputs[name].role, 0.0, time) for name in recorded}
+    slow = np.column_stack((_slow_columns(file, grid), *_input_noise(data, file, inputs, grid)))
     left_out = tuple(
         f"{o.role}: {data.absent[o.role]}"
         for n, o in file.outputs.items()
-        if n not in shown and o.role in data.absent
+        if n not in recorded and o.role in data.absent
     )
     name = recording.folder.name
-    notes = (*notes, *sparse_outputs(data, file, shown), *coarse_inputs(data, file))
+    notes = (*notes, *sparse_outputs(data, file, recorded), *coarse_inputs(data, file))
     return Record(name, start, grid, inputs, measured, sensors, slow, notes, left_out)
 
 
-def _covering(data: Aligned, file: ModelFile, shown: list[str]) -> list[Floats]:
-    """Times of the inputs; without inputs those of the outputs, on one clock where some are."""
-    inputs = [told.role for told in file.inputs.values()]
-    roles = inputs or [file.outputs[name].role for name in shown]
+def _coverage_times(data: Aligned, file: ModelFile, recorded: list[str]) -> list[Floats]:
+    """Return times of the inputs, else of the outputs, on the bus clock if any are, s."""
+    inputs = [entry.role for entry in file.inputs.values()]
+    roles = inputs or [file.outputs[name].role for name in recorded]
     on_bus = [role for role in roles if data.has(role)]
     return [_times(data, role) for role in on_bus or roles]
 
 
-def _check_starts(file: ModelFile, shown: list[str], where: str) -> None:
+def _check_starts(file: ModelFile, recorded: list[str], where: str) -> None:
     """Raise InputError where a state starts from an output that was not recorded."""
     for name, state in file.states.items():
-        if isinstance(state.start, str) and state.start not in shown:
+        if isinstance(state.start, str) and state.start not in recorded:
             raise InputError(
                 f"the state {name!r} starts from an output that was not recorded",
                 where=where,
                 expected=f"the role {file.outputs[state.start].role!r} of output {state.start!r}",
-                found=f"outputs {', '.join(shown)}",
+                found=f"outputs {', '.join(recorded)}",
                 remedy="give states." + name + ".start a value in the model file",
             )
 
 
 def realigned(record: Record, recording: Recording, file: ModelFile, simulated: Columns) -> Record:
-    """Lay channels on clocks of their own onto the recording's, by what a simulation shows.
+    """Align channels on unrelated clocks with the recording's clock, by simulated outputs.
 
-    The clock of each is set so that what it tells resembles most what it should.
+    The offset of each clock maximizes the correlation of the channel with its simulation. Raises
+    InputError where no output can be aligned.
     """
     data, sensors = aligned(recording), dict(record.sensors)
     notes, left_out = list(record.notes), list(record.left_out)
@@ -125,21 +128,21 @@ def realigned(record: Record, recording: Recording, file: ModelFile, simulated: 
         role = file.outputs[name].role
         if _on_own_clock(data, role):
             channel = recording.channels[role]
-            start, alike = best_shift(
+            start, correlation = best_shift(
                 record.grid.step, simulated[name], channel.time, channel.value
             )
-            if abs(alike) < ALIKE:
+            if abs(correlation) < ALIKE:
                 left_out.append(
                     f"{role}: its clock {channel.clock!r} cannot be aligned: no channel is on both"
-                    f" clocks, and the correlation with the simulation is at most {abs(alike):.2f}"
+                    f" clocks, and the correlation with the simulation is at most {abs(correlation):.2f}"
                 )
                 del sensors[name]
                 continue
-            sensors[name] = _sensor(data, file, name, start, record.grid)
+            sensors[name] = _output_sensor(data, file, name, start, record.grid)
             notes.append(
                 f"the clock {channel.clock!r} of {name.replace('_', ' ')} is"
                 f" {start - record.start:.3f} s ahead of the recording's: at this offset its"
-                f" correlation with the simulation is {alike:.4f}"
+                f" correlation with the simulation is {correlation:.4f}"
             )
     if not sensors:
         raise InputError(
@@ -152,41 +155,41 @@ def realigned(record: Record, recording: Recording, file: ModelFile, simulated: 
 
 
 def _check_inputs(data: Aligned, file: ModelFile) -> None:
-    for name, told in file.inputs.items():
-        if not data.has(told.role):
+    for name, entry in file.inputs.items():
+        if not data.has(entry.role):
             raise InputError(
                 f"the input {name!r} was not recorded",
                 where=str(data.recording.folder),
-                expected=f"the role {told.role}",
-                found=data.absent.get(told.role, ", ".join(data.time)),
+                expected=f"the role {entry.role}",
+                found=data.absent.get(entry.role, ", ".join(data.time)),
                 remedy="check the role map, or use a recorded signal as the input of the model file",
             )
 
 
 def _period(time: Floats) -> float:
-    """Time between two samples, as a rule."""
+    """Return the mean sampling interval, s."""
     return float((time[-1] - time[0]) / max(time.size - 1, 1))
 
 
-def _grid(data: Aligned, file: ModelFile, start: float, end: float, shown: list[str]) -> Grid:
-    """Rows as long as the fastest input's period, or a step where samples fall within rows.
+def _grid(data: Aligned, file: ModelFile, start: float, end: float, recorded: list[str]) -> Grid:
+    """Return rows of the fastest input's sampling interval, or of a step where samples lie within.
 
-    Without inputs they are as long as a bin, or as a step.
+    Without inputs a row is as long as a bin, or as a step of integration.
     """
     width, length = file.period, end - start
-    periods = (
+    intervals = (
         _period(data.time[i.role]) / (FINER if i.smooth else 1) for i in file.inputs.values()
     )
-    driven = min(periods, default=width)
-    per = max(1, round(width / min(driven, width)))
-    finer = max(per, math.ceil(width / file.step - 1e-9))
-    if length * finer / width <= MOST_FINE_ROWS and _falls_within(
-        data, file, start, width / per, shown
+    interval = min(intervals, default=width)
+    rows_per_bin = max(1, round(width / min(interval, width)))
+    fine_rows_per_bin = max(rows_per_bin, math.ceil(width / file.step - 1e-9))
+    if length * fine_rows_per_bin / width <= MOST_FINE_ROWS and _samples_within_rows(
+        data, file, start, width / rows_per_bin, recorded
     ):
-        per = finer
-    step = width / per
+        rows_per_bin = fine_rows_per_bin
+    step = width / rows_per_bin
     rows = int(length / step + 1e-6)
-    bins = (rows - 2 * per) // per
+    bins = (rows - 2 * rows_per_bin) // rows_per_bin
     if bins < LEAST or rows > MOST_ROWS:
         raise InputError(
             "the recording is too short" if bins < LEAST else "the recording is too long",
@@ -195,32 +198,32 @@ def _grid(data: Aligned, file: ModelFile, start: float, end: float, shown: list[
             found=f"{length:.3g} s in rows of {step:.3g} s",
             remedy="give a longer segment" if bins < LEAST else "give a segment, as in run@0:60",
         )
-    # A quarter of a bin apart from the instants of regular samples, so that each has its own.
-    stretch = min(file.stretch or STRETCH * width, bins * width)
-    return Grid(rows, 1.25 * width, int(bins), width, step, stretch)
+    # Shifted by a quarter of a bin from the instants of regular samples: one sample in each bin.
+    segment = min(file.stretch or STRETCH * width, bins * width)
+    return Grid(rows, 1.25 * width, int(bins), width, step, segment)
 
 
-def _falls_within(
-    data: Aligned, file: ModelFile, start: float, step: float, shown: list[str]
+def _samples_within_rows(
+    data: Aligned, file: ModelFile, start: float, step: float, recorded: list[str]
 ) -> bool:
-    """Tell whether samples of inputs or outputs fall within rows: there lines stand for motion.
+    """Return whether samples of inputs or outputs lie within rows, where they are interpolated.
 
-    Rows of a step of integration cost no more integration, except outside.
+    Rows of one integration step need no further integration, except in an outside simulation.
     """
-    if any(isinstance(told, DrivenInput) for told in file.inputs.values()):
+    if any(isinstance(entry, DrivenInput) for entry in file.inputs.values()):
         return False
-    outputs = (file.outputs[name] for name in shown)
+    outputs = (file.outputs[name] for name in recorded)
     channels: list[Input | Output] = [*file.inputs.values(), *outputs]
-    for told in channels:
-        if data.has(told.role) and not (isinstance(told, Input) and told.slope_over > 0.0):
-            place = (data.time[told.role] - told.latency - start) / step
-            if np.abs(place - np.round(place)).max() > WITHIN:
+    for entry in channels:
+        if data.has(entry.role) and not (isinstance(entry, Input) and entry.slope_over > 0.0):
+            position = (data.time[entry.role] - entry.latency - start) / step
+            if np.abs(position - np.round(position)).max() > WITHIN:
                 return True
     return False
 
 
-def _at(data: Aligned, role: str, latency: float, time: Floats) -> Floats:
-    """Values along lines between samples."""
+def _interpolated(data: Aligned, role: str, latency: float, time: Floats) -> Floats:
+    """Return values by linear interpolation between samples, (rows,)."""
     channel = data.recording.channels[role]
     sampled = _times(data, role)
     keep = np.isfinite(channel.value) & np.isfinite(sampled)
@@ -228,86 +231,86 @@ def _at(data: Aligned, role: str, latency: float, time: Floats) -> Floats:
 
 
 def _on_own_clock(data: Aligned, role: str) -> bool:
-    """Tell whether a channel's clock has nothing in common with the bus's."""
+    """Return whether a channel's clock is unrelated to the bus clock."""
     channel = data.recording.channels.get(role)
     return channel is not None and channel.clock != BUS and channel.arrival is None
 
 
 def _times(data: Aligned, role: str) -> Floats:
-    """Times of a channel on the bus clock, or on its own where that cannot be laid onto it."""
+    """Return times of a channel on the bus clock, or on its own where that cannot be aligned, s."""
     return data.time[role] if data.has(role) else data.recording.channels[role].time
 
 
-def _input(data: Aligned, file: ModelFile, name: str, time: Floats, step: float) -> Floats:
-    """Value of a row: the mean over it of what was told last if held, else the value at its end."""
-    told = file.inputs[name]
-    if told.slope_over > 0.0:
-        return _slope(_at(data, told.role, told.latency, time), told.slope_over, step)
-    channel = data.recording.channels[told.role]
-    sampled = data.time[told.role] - told.latency
+def _input_rows(data: Aligned, file: ModelFile, name: str, time: Floats, step: float) -> Floats:
+    """Return an input, (rows,): the mean over the row if held, else the value at its end."""
+    entry = file.inputs[name]
+    if entry.slope_over > 0.0:
+        return _slope(_interpolated(data, entry.role, entry.latency, time), entry.slope_over, step)
+    channel = data.recording.channels[entry.role]
+    sampled = data.time[entry.role] - entry.latency
     keep = np.isfinite(channel.value) & np.isfinite(sampled)
-    if told.smooth:
+    if entry.smooth:
         return np.asarray(interpolate.CubicSpline(sampled[keep], channel.value[keep])(time))
-    if not told.held:
-        return _at(data, told.role, told.latency, time)
+    if not entry.held:
+        return _interpolated(data, entry.role, entry.latency, time)
     values = np.asarray(channel.value[keep], np.float64)
-    if isinstance(told, DrivenInput) and told.exact:
-        return values[_last(sampled[keep], time - step, SLACK * step)]
+    if isinstance(entry, DrivenInput) and entry.exact:
+        return values[_last_sample(sampled[keep], time - step, SLACK * step)]
     return _held(sampled[keep], values, time, step)
 
 
 def _held(sampled: Floats, values: Floats, time: Floats, step: float) -> Floats:
-    """Mean over each row of what was told last: a value told within a row acts from then on.
+    """Return the mean of the zero-order hold over each row: a sample acts from its own time on.
 
-    With what was told when a row began it would act up to a row later: half a row in the mean, as a
-    dead time. sampled, values: (n,); time: s, of the rows' ends.
+    With the value at a row's begin it would act up to a row later, which is a dead time of half a
+    row on average. sampled, values: (n,); time: s, of the rows' ends.
     """
-    before = np.concatenate(([0.0], np.cumsum(values[:-1] * np.diff(sampled))))
+    integral = np.concatenate(([0.0], np.cumsum(values[:-1] * np.diff(sampled))))
 
     def area(t: Floats) -> Floats:
-        k = _last(sampled, t, 0.0)
-        return np.asarray(before[k] + values[k] * (t - sampled[k]))
+        k = _last_sample(sampled, t, 0.0)
+        return np.asarray(integral[k] + values[k] * (t - sampled[k]))
 
-    begun = _last(sampled, time - step, SLACK * step)
-    ended = _last(sampled, time, -SLACK * step)
+    at_begin = _last_sample(sampled, time - step, SLACK * step)
+    at_end = _last_sample(sampled, time, -SLACK * step)
     mean = (area(time) - area(time - step)) / step
-    return np.where(ended > begun, mean, values[begun])
+    return np.where(at_end > at_begin, mean, values[at_begin])
 
 
-def _last(sampled: Floats, time: Floats, slack: float) -> Integers:
-    """Number of the last sample at each time, or up to slack after it; the first before all."""
-    found = np.searchsorted(sampled, time + slack, side="right") - 1
-    return np.clip(found, 0, len(sampled) - 1)
+def _last_sample(sampled: Floats, time: Floats, slack: float) -> Integers:
+    """Return the index of the last sample up to each time plus slack; 0 before all samples."""
+    index = np.searchsorted(sampled, time + slack, side="right") - 1
+    return np.clip(index, 0, len(sampled) - 1)
 
 
 def _slope(values: Floats, span: float, step: float) -> Floats:
-    """Slope of the straight line that fits best over a span about every row: late by nothing."""
+    """Return the least-squares slope over a span centred at each row, (rows,): without delay."""
     rows = max(3, 2 * round(0.5 * span / step) + 1)
     if rows >= values.size:
         return np.gradient(values, step)
-    found: Floats = signal.savgol_filter(values, rows, 1, deriv=1, delta=step)
-    return found
+    slope: Floats = signal.savgol_filter(values, rows, 1, deriv=1, delta=step)
+    return slope
 
 
-def _sensor(data: Aligned, file: ModelFile, name: str, start: float, grid: Grid) -> Sensor:
-    told = file.outputs[name]
-    channel = data.recording.channels[told.role]
-    time = _times(data, told.role) - told.latency - start
+def _output_sensor(data: Aligned, file: ModelFile, name: str, start: float, grid: Grid) -> Sensor:
+    entry = file.outputs[name]
+    channel = data.recording.channels[entry.role]
+    time = _times(data, entry.role) - entry.latency - start
     keep = np.isfinite(channel.value) & np.isfinite(time)
     samples = Sampled(time[keep], channel.value[keep], channel.clock)
-    noise = told.noise.si
-    return point_sensor(name, told.size.si_unit, name, 1.0, samples, grid, noise)
+    noise = entry.noise.si
+    return point_sensor(name, entry.size.si_unit, name, 1.0, samples, grid, noise)
 
 
-def _slow(file: ModelFile, grid: Grid) -> Floats:
-    """Pushes on the rates of states: one at the first moment each, then hats where told.
+def _slow_columns(file: ModelFile, grid: Grid) -> Floats:
+    """Return disturbances of the rates of states, (rows, columns).
 
-    Columns in the order of `slow_places`.
+    An initial impulse each, then a tent basis where the file states a drift. Columns in the order of `slow_places`.
     """
     first = np.zeros((grid.rows, len(file.states)))
-    first[:1] = [_spread(state) / grid.step for state in file.states.values()]
+    first[:1] = [_initial_deviation(state) / grid.step for state in file.states.values()]
     tents = [
-        _tents(grid, state.every or grid.stretch).T * state.drift.si
+        _tent_basis(grid, state.every or grid.stretch).T * state.drift.si
         for state in file.states.values()
         if state.drift is not None
     ]
@@ -315,41 +318,41 @@ def _slow(file: ModelFile, grid: Grid) -> Floats:
 
 
 def first_of(state: str, file: ModelFile) -> tuple[int, float] | None:
-    """Return the number of the column of a state's first value, and how much it is per unit, SI."""
+    """Return the column of a state's initial value and the change per unit, SI; None: no state."""
     names = [*file.states]
-    return (names.index(state), _spread(file.states[state])) if state else None
+    return (names.index(state), _initial_deviation(file.states[state])) if state else None
 
 
-def _spread(state: State) -> float:
+def _initial_deviation(state: State) -> float:
     return SPREAD_AT_FIRST * state.size.si if state.first is None else state.first.si
 
 
-def _tents(grid: Grid, every: float) -> Floats:
+def _tent_basis(grid: Grid, every: float) -> Floats:
     time = grid.step * (np.arange(grid.rows) + 0.5)
     knots = np.linspace(0.0, time[-1], max(int(time[-1] / every), 1) + 1)
     return np.asarray(np.maximum(0.0, 1.0 - np.abs(time - knots[:, None]) / (knots[1] - knots[0])))
 
 
 def _input_noise(data: Aligned, file: ModelFile, inputs: Floats, grid: Grid) -> list[Floats]:
-    """Symmetric filters of the inputs that may hold noise, after the pushes on states."""
+    """Return the symmetric filters of the inputs that may contain noise, (rows,) each."""
     columns = []
-    for values, told in zip(inputs.T, file.inputs.values(), strict=True):
-        if told.noisy:
-            rows = _period(data.time[told.role]) / grid.step
+    for values, entry in zip(inputs.T, file.inputs.values(), strict=True):
+        if entry.noisy:
+            rows = _period(data.time[entry.role]) / grid.step
             samples = values[:: max(round(rows), 1)]
-            noise = noise_of(samples) if told.noise is None else told.noise.si
+            noise = noise_of(samples) if entry.noise is None else entry.noise.si
             columns += smoothings(values, rows, noise)
     return columns
 
 
 def slow_places(file: ModelFile, grid: Grid) -> list[int]:
-    """Number of the place, as the kernel has them, on which each slow column acts."""
+    """Return the kernel's index of the place at which each slow column acts."""
     rates = range(
         len(file.inputs) + len(file.seams), len(file.states) + len(file.inputs) + len(file.seams)
     )
-    found = [*rates]
+    places = [*rates]
     for k, state in zip(rates, file.states.values(), strict=True):
         if state.drift is not None:
-            found += [k] * len(_tents(grid, state.every or grid.stretch))
-    noisy = [k for k, told in enumerate(file.inputs.values()) if told.noisy]
-    return found + [k for k in noisy for _ in WIDTHS]
+            places += [k] * len(_tent_basis(grid, state.every or grid.stretch))
+    noisy = [k for k, entry in enumerate(file.inputs.values()) if entry.noisy]
+    return places + [k for k in noisy for _ in WIDTHS]

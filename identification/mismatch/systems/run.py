@@ -28,14 +28,14 @@ from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 BOUND = 1e6
-"""Of a state, in its usual magnitude: beyond, a simulation has lost all meaning."""
+"""Largest value of a state, in its usual magnitude; beyond it a simulation has diverged."""
 MOST_RING = 1 << 20  # steps
 Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """Columns of a run: places, with what acts there, and states; outputs as they are told."""
+    """Columns of a run: quantities of places after effects, states; outputs with delays."""
 
     columns: Mapping[str, Floats]
 
@@ -52,9 +52,9 @@ def run(
     record: Record,
     push: Floats,
 ) -> Shown:
-    """Run all rows. push: (rows, places). Raises PlantError where numbers grow without bound.
+    """Simulate all rows. push: input disturbances, (rows, places). values: SI, (parameters,).
 
-    The same where stops are in the wrong order.
+    Raises PlantError where numbers grow without bound, and where stops are in the wrong order.
     """
     check_order(e.stops, e.parameters, values)
     grid = record.grid
@@ -62,30 +62,30 @@ def run(
     step = grid.step / substeps
     effects = tuple(effects)
     acting = [x for x in effects if isinstance(x, SeamEffect)]
-    inside = [x for x in acting if x.act is not None]
+    compiled = [x for x in acting if x.act is not None]
     curves = [x for x in effects if isinstance(x, TableCurve)]
-    acts = slots(inside, curves, e, file)
-    waits = (float(getattr(x, x.delay_parameter)) for x in inside if x.delay_parameter)
-    ring = ring_length((*waits, *delay_times(e, values)), step)
-    held = np.array([1.0 if told.steps else 0.0 for told in file.inputs.values()])
+    slot_arrays = slots(compiled, curves, e, file)
+    effect_delays = (float(getattr(x, x.delay_parameter)) for x in compiled if x.delay_parameter)
+    ring = ring_length((*effect_delays, *delay_times(e, values)), step)
+    held = np.array([1.0 if entry.steps else 0.0 for entry in file.inputs.values()])
     out = np.full((grid.rows, len(e.places) + len(e.states)), np.nan)
-    done = compose(e).advance(
-        _first(file, record),
+    status = compose(e).advance(
+        _initial_states(file, record),
         np.ascontiguousarray(record.inputs, np.float64),
         _slopes(curves, record),
         held,
         np.ascontiguousarray(push),
         values,
-        board(*acts, len(e.states), first_input(e) + len(e.inputs)),
-        _tables(curves, len(acts[0])),
+        board(*slot_arrays, len(e.states), first_input(e) + len(e.inputs)),
+        _tables(curves, len(slot_arrays[0])),
         ring,
         step,
         substeps,
         out,
     )
-    usual = np.array([state.size.si for state in file.states.values()])
-    wild = np.abs(out[:, len(e.places) :]) > BOUND * np.abs(usual)
-    if done != FINE or not np.isfinite(out).all() or wild.any():
+    sizes = np.array([state.size.si for state in file.states.values()])
+    diverged = np.abs(out[:, len(e.places) :]) > BOUND * np.abs(sizes)
+    if status != FINE or not np.isfinite(out).all() or diverged.any():
         raise PlantError(
             "the simulation grows without bound",
             f"{file.name} on {record.name}",
@@ -95,19 +95,19 @@ def run(
         )
     columns = dict(zip((*e.places, *e.states), out.T, strict=True))
     for effect in acting:
-        if effect.place.kind == OUTPUT and (late := effect.late(record.time)) is not None:
+        if effect.place.kind == OUTPUT and (delay := effect.late(record.time)) is not None:
             name = effect.place.name
-            columns[name] = np.interp(record.time - late, record.time, columns[name])
+            columns[name] = np.interp(record.time - delay, record.time, columns[name])
     return Shown(columns)
 
 
 def slots(
     effects: list[SeamEffect], curves: list[TableCurve], e: Equations, file: ModelFile
 ) -> tuple[Integers, Integers, Integers, Floats]:
-    """Code, place, other quantity and parameters of every curve, then of every effect.
+    """Return code, place, other quantity and parameters of every curve, then of every effect.
 
-    Effects are in the library's order. Shapes (all,), and (all, PARAMETERS_OF_ONE) of the parameters,
-    SI.
+    Effects are in the library's order. Shapes (all,), and (all, PARAMETERS_OF_ONE) of the
+    parameters, SI.
     """
     total = len(curves) + len(effects)
     code, where, other = (np.zeros(total, np.int64) for _ in range(3))
@@ -127,7 +127,7 @@ def slots(
 
 
 def _other(effect: SeamEffect, e: Equations, file: ModelFile) -> int:
-    """Number of the quantity that an effect uses or gives to; -1: none."""
+    """Return the index of the quantity that an effect uses or adds to; -1: none."""
     name = effect.place.other
     if effect.gives:
         state = next(s for s in e.states if rate_name(s) == effect.place.name)
@@ -136,26 +136,26 @@ def _other(effect: SeamEffect, e: Equations, file: ModelFile) -> int:
 
 
 def _tables(curves: list[TableCurve], slots: int) -> Floats:
-    """Knots and values of all curves, (slots, 2, knots); short ones repeat their last."""
-    told = [np.stack(c.table) for c in curves]
-    longest = max((one.shape[1] for one in told), default=1)
+    """Return knots and values of all curves, (slots, 2, knots); short ones repeat their last."""
+    stacked = [np.stack(c.table) for c in curves]
+    longest = max((one.shape[1] for one in stacked), default=1)
     tables = np.zeros((slots, 2, longest))
-    for i, one in enumerate(told):
+    for i, one in enumerate(stacked):
         tables[i] = np.pad(one, ((0, 0), (0, longest - one.shape[1])), "edge")
     return tables
 
 
 def _slopes(curves: list[TableCurve], record: Record) -> Floats:
-    """Rate of every input in every row, as curves are located along them; 0 where none needs it."""
+    """Return the rate of every input, (rows, inputs), as regressors of curves; 0 where unused."""
     slopes = np.zeros(record.inputs.shape)
     if any(c.along.endswith(RATE) for c in curves):
-        for k, course in enumerate(record.inputs.T):
-            slopes[:, k] = record.grid.rate(course)
+        for k, series in enumerate(record.inputs.T):
+            slopes[:, k] = record.grid.rate(series)
     return slopes
 
 
 def ring_length(delays: Iterable[float], step: float) -> int:
-    """Steps of the past that delays need, a power of two. Raises PlantError for too many.
+    """Return the past steps that delays need, a power of two. Raises PlantError for too many.
 
     delays, step: s.
     """
@@ -168,12 +168,12 @@ def ring_length(delays: Iterable[float], step: float) -> int:
     return 1 << (steps - 1).bit_length()
 
 
-def _first(file: ModelFile, record: Record) -> Floats:
-    """States at first: as told, or as the output shows them first, or as was read off a line."""
-    found, unseen = [], unseen_angle(file)
+def _initial_states(file: ModelFile, record: Record) -> Floats:
+    """Return the initial states: as stated, from an output, or with the estimated angle."""
+    initial, unmeasured = [], unseen_angle(file)
     for name, state in file.states.items():
         if isinstance(state.start, str):
-            found.append(float(record.measured[state.start][0]))
+            initial.append(float(record.measured[state.start][0]))
         else:
-            found.append(state.start.si + (record.turned if name == unseen else 0.0))
-    return np.array(found, np.float64)
+            initial.append(state.start.si + (record.turned if name == unmeasured else 0.0))
+    return np.array(initial, np.float64)

@@ -1,4 +1,4 @@
-"""What simulates a system: equations compiled from a model file, or a function from outside.
+"""Simulators of a system: compiled equations of a model file, or an outside simulation.
 
 Everything else about a system (places, effects, recordings, priors) comes from its model file and
 is the same for both.
@@ -19,9 +19,9 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True)
 class Task:
-    """One simulation: parameters (SI, in the file's order), effects, and what drives it.
+    """One simulation: parameters (SI, in the file's order), effects, and the record of its inputs.
 
-    push: (rows, places), added to the quantities of the places.
+    push: input disturbances, (rows, places), added to the quantities of the places.
     """
 
     file: ModelFile
@@ -34,8 +34,8 @@ class Task:
 class Simulator(ABC):
     """Runs the tasks of one system.
 
-    what: its name in messages; remedy: where it cannot run with its nominal parameters.
-    knows_curves: whether it evaluates free curves on its own motion.
+    what: its name in messages; remedy: the advice where it cannot run with nominal parameters.
+    knows_curves: whether it evaluates free curves over its simulated quantities.
     """
 
     what: str = "the model file"
@@ -51,11 +51,11 @@ class Simulator(ABC):
         return self.run(task)
 
     def duration(self, recordings: int) -> str:
-        """Say how long an analysis takes, after the first run; empty: not worth a word."""
+        """Return a text on the duration of an analysis, after the first run; empty: short."""
         return ""
 
     def bounded(self, values: Floats) -> Floats:
-        """Return parameters within what the simulation accepts."""
+        """Return the parameters, SI, (parameters,), limited to what the simulation accepts."""
         return values
 
 
@@ -71,6 +71,6 @@ class CompiledEquations(Simulator):
         return run(self.equations, task.file, task.values, task.effects, task.record, task.push)
 
     def bounded(self, values: Floats) -> Floats:
-        """Return parameters with no delay below 0, and restitutions from 0 to 1."""
+        """Return the parameters, SI, (parameters,), with delays from 0 and restitutions from 0 to 1."""
         e = self.equations
         return within_restitution(e.stops, e.parameters, without_negative(e, values))

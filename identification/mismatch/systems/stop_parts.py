@@ -1,11 +1,12 @@
-"""Text of what a compiled kernel does at the stops of states, in place of a plain step.
+"""Kernel text for stops of states: integration of a step with contacts.
 
-A step that ends beyond a stop is integrated anew: to the contact, which is located on the cubic
-through positions and speeds at both ends, and from there with the speed that comes back. So what a
-simulation shows is a smooth function of its parameters as long as no contact is a grazing one. A
-contact that does not lead away within its step is rest: the speed is 0.
+A step that ends beyond a stop is integrated again: to the contact, which is located on the cubic
+through positions and speeds at both ends, and from there with the rebound speed. So simulated
+outputs are a smooth function of the parameters as long as no contact is grazing. A state that does
+not leave the stop within its step comes to rest: its speed is 0.
 
-A contact is found at the end of a step: what goes beyond a stop and comes back within one is not.
+A contact is detected at the end of a step: a state that exceeds a stop and returns within one step
+is not detected.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,9 +16,9 @@ from slipbench.identification.mismatch.systems.stops import Limit, Stop
 
 STOPS = "stop_at, stop_speed, stop_low, stop_high"
 MOST_CONTACTS = 8
-"""Contacts of one step; then what is beyond a stop rests at it."""
+"""Largest number of contacts in one step; then a state beyond a stop is set to rest at it."""
 
-# Keep states within their stops. bouncing: also those with a speed, which then rest.
+# Limit states to their stops. bouncing: also those with a speed, which are then set to rest.
 WITHIN_STOPS = f"""def within_stops(x, bouncing, {STOPS}):
     for i in range(len(stop_at)):
         j, m = stop_at[i], stop_speed[i]
@@ -62,7 +63,7 @@ CONTACT = f"""def contact(begun, x, span, {STOPS}):
                     first, which = share, 2 * i + k
     return first, which
 """
-# From a state at one share of a step to that at another: one step of Runge and Kutta.
+# From the state at one share of a step to that at another: one Runge-Kutta step.
 LEG = """def leg(begin, end, s, substeps, row, before, after, held, begun, reached, total, u, p, {known}):
     {views}
     span = end - begin
@@ -116,7 +117,7 @@ AT_END = """
 def functions(known: str, views: str) -> Iterator[str]:
     """Yield the functions that a kernel with stops calls.
 
-    known: to `rates`, after `when`; views: what gives the parts of the record their names.
+    known: arguments of `rates` after `when`; views: the line that names the fields of the record.
     """
     leg = LEG.format(known=known, within=WITHIN, views=views)
     yield from (WITHIN_STOPS, CROSSING, CONTACT, leg)
@@ -125,16 +126,16 @@ def functions(known: str, views: str) -> Iterator[str]:
 def in_run(
     stops: Sequence[Stop], states: Sequence[str], parameters: Sequence[str], known: str
 ) -> dict[str, str]:
-    """Return what stands in `advance` at first, at each step's begin, stages and end.
+    """Return the text for `advance` at its start, and at each step's begin, stages and end.
 
-    known: to `rates`, after `when`, by its names in `advance`.
+    known: arguments of `rates` after `when`, by their names in `advance`.
     """
     if not stops:
         return dict.fromkeys(("at_first", "at_begin", "at_stage", "at_end"), "")
     limits = [
-        f"    stop_{end}[{i}] = {_number(told, parameters)}"
+        f"    stop_{end}[{i}] = {_number(limit, parameters)}"
         for i, stop in enumerate(stops)
-        for end, told in (("low", stop.low), ("high", stop.high), ("back", stop.restitution))
+        for end, limit in (("low", stop.low), ("high", stop.high), ("back", stop.restitution))
     ]
     leg = f"s, substeps, r, before, u[r], held, begun, x, total, now, p, {known}"
     return {
@@ -151,7 +152,7 @@ def in_run(
     }
 
 
-def _number(told: Limit, parameters: Sequence[str]) -> str:
-    if isinstance(told, str):
-        return f"p[{parameters.index(told)}]"
-    return repr(told).replace("inf", "math.inf")
+def _number(limit: Limit, parameters: Sequence[str]) -> str:
+    if isinstance(limit, str):
+        return f"p[{parameters.index(limit)}]"
+    return repr(limit).replace("inf", "math.inf")

@@ -1,7 +1,8 @@
-"""Stops of the states of a model file: a state that cannot go beyond a limit.
+"""Stops of the states of a model file: limits that a state cannot exceed.
 
-A position that meets its stop bounces: its speed, the state that is its rate, comes back times the
-restitution. A state without such a speed, as a level, stays at the limit until its rate leads back.
+A position bounces at its stop: its speed, the state that is its rate, is reversed and multiplied
+by the restitution. A state without a speed, such as a level, stays at the limit until its rate
+reverses.
 """
 
 import math
@@ -14,12 +15,12 @@ from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import InputError
 
 Limit = str | float
-"""A parameter, or a number in SI."""
+"""Name of a parameter, or a number, SI."""
 
 
 @dataclass(frozen=True)
 class Stop:
-    """state: its name; speed: the state that is its rate, empty: none; the rest: see `State`."""
+    """Stops of one state. speed: the state that is its rate, empty: none; others: see `State`."""
 
     state: str
     speed: str
@@ -30,14 +31,14 @@ class Stop:
     def at(self, known: Mapping[str, float]) -> tuple[float, float, float]:
         """Return low, high and restitution, SI. known: parameters."""
         low, high, back = (
-            known[told] if isinstance(told, str) else told
-            for told in (self.low, self.high, self.restitution)
+            known[limit] if isinstance(limit, str) else limit
+            for limit in (self.low, self.high, self.restitution)
         )
         return low, high, back
 
 
 def read_stops(file: ModelFile, where: str) -> tuple[Stop, ...]:
-    """Return the stops of a model file. Raises InputError for one that cannot be."""
+    """Return the stops of a model file. Raises InputError for an invalid one."""
     known = {name: number.si for name, number in file.parameters.items()}
     stops = []
     for name, state in file.states.items():
@@ -55,10 +56,10 @@ def read_stops(file: ModelFile, where: str) -> tuple[Stop, ...]:
     return tuple(stops)
 
 
-def _limit(told: str | Number | None, none: float) -> Limit:
-    if told is None:
-        return none
-    return told if isinstance(told, str) else told.si
+def _limit(stated: str | Number | None, default: float) -> Limit:
+    if stated is None:
+        return default
+    return stated if isinstance(stated, str) else stated.si
 
 
 def _check(stop: Stop, state: State, known: Mapping[str, float], where: str) -> None:
@@ -101,17 +102,17 @@ def _check(stop: Stop, state: State, known: Mapping[str, float], where: str) -> 
 
 
 def within_restitution(stops: Iterable[Stop], names: Sequence[str], values: Floats) -> Floats:
-    """Return the parameters with restitutions from 0 to 1."""
-    kept = values.copy()
+    """Return the parameters, SI, (parameters,), with restitutions limited to 0 to 1."""
+    limited = values.copy()
     for stop in stops:
         if isinstance(stop.restitution, str):
             k = names.index(stop.restitution)
-            kept[k] = min(max(kept[k], 0.0), 1.0)
-    return kept
+            limited[k] = min(max(limited[k], 0.0), 1.0)
+    return limited
 
 
 def check_order(stops: Iterable[Stop], names: Sequence[str], values: Floats) -> None:
-    """Raise PlantError where a lower stop is not below the upper one."""
+    """Raise PlantError where a lower stop is not below the upper one. values: SI, (parameters,)."""
     known = dict(zip(names, map(float, values), strict=True))
     for stop in stops:
         low, high, _ = stop.at(known)

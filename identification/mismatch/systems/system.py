@@ -1,4 +1,4 @@
-"""What a model file tells, as a system that the engine explains."""
+"""The system of a model file, for the mismatch engine."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -55,20 +55,20 @@ from slipbench.protocol.recording.recording import Recording
 DRIVE = "system"
 ORDER = 12
 BINS_PER_LAG = 60
-"""Least bins of a recording for each lag of its noise model."""
+"""Least number of bins of a recording per lag of its noise model."""
 MEMORY = 1 / 3
-"""Of the noise models, in stretches: errors that far apart have little in common."""
+"""Memory of the noise models, in units of `stretch`: errors farther apart correlate little."""
 IMPROVED = "Calibrated on recordings, with the effects found there"
 DISTURBANCE = 0.1
-"""Size of a push worth trying, in the usual magnitude of its place."""
+"""Amplitude of a trial input disturbance, in the usual magnitude of its place."""
 
 
 @dataclass(frozen=True, eq=False)
 class ModelSystem(System):
     """A system of a model file.
 
-    simulator: what runs it. values: of its parameters, SI, in the file's order. acting: effects.
-    curves: free curves of the file. known: 95 % half widths. source: text of the file.
+    simulator: runs its tasks. values: of its parameters, SI, in the file's order. acting: effects
+    that act. curves: free curves of the file. known: 95 % half widths. source: text of the file.
     """
 
     file: ModelFile
@@ -83,7 +83,7 @@ class ModelSystem(System):
     curves: tuple[TableCurve, ...] = ()
 
     smooth = True
-    farthest = 3.0  # beyond lies not another value of a parameter but physics that is missing
+    farthest = 3.0  # beyond: missing physics, not another parameter value
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -94,39 +94,49 @@ class ModelSystem(System):
 
     @classmethod
     def of(cls, file: ModelFile, where: str, simulator: Simulator | None = None) -> Self:
-        """Make the system of a model file. where: its name, for messages.
+        """Return the system of a model file. where: its name, for messages.
 
-        simulator: what runs it in place of the file's equations. Raises InputError.
+        simulator: replaces the file's equations. Raises InputError.
         """
         read = equations(file, where)
         check_delays(read, file, where)
         if simulator is None:
             check_size(read, where)
         values = np.array([number.si for number in file.parameters.values()])
-        acts = tuple(
+        acting = tuple(
             placing.acting(e, file, f"{where}: effects[{i}]") for i, e in enumerate(file.effects)
         )
-        told = {
+        half_widths_by_key = {
             f"parameters.{name}": _plus_minus(number.si, number.si_plus_minus)
             for name, number in file.parameters.items()
         }
-        runs = simulator or CompiledEquations(read)
+        used_simulator = simulator or CompiledEquations(read)
         curves = tuple(
             read_curve(c, read, file, f"{where}: curves[{i}]") for i, c in enumerate(file.curves)
         )
         for entry, curve in zip(file.curves, curves, strict=True):
-            told |= half_widths(entry, curve)
-        return cls(file, where, read, runs, values, acts, told, placing.Read(file), curves=curves)
+            half_widths_by_key |= half_widths(entry, curve)
+        return cls(
+            file,
+            where,
+            read,
+            used_simulator,
+            values,
+            acting,
+            half_widths_by_key,
+            placing.Read(file),
+            curves=curves,
+        )
 
     def with_half_a_step(self) -> Self | None:
-        """Return the same with half of the step; None for what is simulated outside."""
+        """Return the system with half of the step; None for an outside simulation."""
         if not isinstance(self.simulator, CompiledEquations):
             return None
         return replace(self, file=self.file.model_copy(update={"step": 0.5 * self.file.step}))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Equations whose units do not agree; what is simulated outside has none."""
+        """Equations with inconsistent units; none for an outside simulation."""
         inside = isinstance(self.simulator, CompiledEquations)
         return unit_faults(self.file, self.where) if inside else ()
 
@@ -136,8 +146,8 @@ class ModelSystem(System):
         found = {"time": "s"}
         parts = (self.file.inputs, self.file.states, self.file.seams, self.file.outputs)
         for part in parts:
-            for name, told in part.items():
-                unit = told.size.si_unit
+            for name, entry in part.items():
+                unit = entry.size.si_unit
                 found[_word(name)] = unit
                 found[f"{_word(name)} rate"] = "1/s" if unit == "1" else f"{unit}/s"
         return found
@@ -164,7 +174,7 @@ class ModelSystem(System):
 
     @property
     def library(self) -> tuple[type[Effect], ...]:
-        """Every effect at every place."""
+        """Every effect at every place where it may act."""
         assert self.read is not None
         return placing.library(self.read)
 
@@ -174,11 +184,11 @@ class ModelSystem(System):
         return self.known
 
     def at(self, known: Sequence[Coordinate], x: Floats, effects: Sequence[Effect]) -> Self:
-        """Return it with other numbers."""
+        """Return the system at coordinates x, (n,), with these effects added or replaced."""
         values = self.values.copy()
         curves = {c.owner: c for c in self.curves}
-        for coordinate, place in zip(known, x, strict=True):
-            owner, value = coordinate.owner, coordinate.at(float(place))
+        for coordinate, position in zip(known, x, strict=True):
+            owner, value = coordinate.owner, coordinate.at(float(position))
             if owner in curves:
                 curves[owner] = curves[owner].with_height(int(coordinate.name), value)
             else:
@@ -189,37 +199,39 @@ class ModelSystem(System):
         return replace(self, values=values, acting=(*kept, *effects), curves=tuple(curves.values()))
 
     def as_improved(self, plus_minus: Mapping[str, float]) -> Self:
-        """Return it under an improved one's name."""
-        told = self.file.description or IMPROVED
+        """Return the system named as improved, with these half widths."""
+        description = self.file.description or IMPROVED
         file = self.file.model_copy(
-            update={"name": f"{self.file.name} improved", "description": told}
+            update={"name": f"{self.file.name} improved", "description": description}
         )
         return replace(self, file=file, known=dict(plus_minus))
 
     def text(self) -> str:
-        """Return the model file."""
+        """Return the text of the model file."""
         effects = tuple(e for e in self.acting if isinstance(e, SeamEffect))
         curves = (*self.curves, *(e for e in self.acting if isinstance(e, TableCurve)))
-        told = (*curves_as_tables(curves, self.file, self.known, self.written),)
-        return as_text(self.source, self.file, self.values, effects, self.known, self.written, told)
+        tables = (*curves_as_tables(curves, self.file, self.known, self.written),)
+        return as_text(
+            self.source, self.file, self.values, effects, self.known, self.written, tables
+        )
 
     @property
     def written(self) -> WrittenUnits:
         """Units of the model file."""
         parts = (self.file.inputs, self.file.states, self.file.seams, self.file.outputs)
-        sizes = {_word(name): told.size for part in parts for name, told in part.items()}
+        sizes = {_word(name): entry.size for part in parts for name, entry in part.items()}
         own = {name: (size.si_unit, size.unit) for name, size in sizes.items()}
         return WrittenUnits.of_tree(self.file.model_dump(), own)
 
     def prepare(self, recording: Recording) -> Record:
-        """Make a recording ready."""
-        recording, found = without_patterns(recording, self.file)
+        """Prepare a recording. Raises InputError where it cannot be used or simulated."""
+        recording, pattern_notes = without_patterns(recording, self.file)
         record = prepare(recording, self.file)
-        record = replace(record, notes=(*record.notes, *found))
+        record = replace(record, notes=(*record.notes, *pattern_notes))
         check_length(self.equations, self.values, record, self.where)
         q = np.zeros(record.slow.shape[1])
         try:
-            shown = self.simulator.first_run(self._task(record, q, {}))
+            simulated = self.simulator.first_run(self._task(record, q, {}))
         except PlantError as fault:
             raise InputError(
                 f"{self.simulator.what} cannot be simulated with its nominal parameters",
@@ -227,28 +239,31 @@ class ModelSystem(System):
                 found=str(fault),
                 remedy=self.simulator.remedy,
             ) from fault
-        return realigned(record, recording, self.file, shown)
+        return realigned(record, recording, self.file, simulated)
 
     def duration(self, recordings: int) -> str:
-        """Say how long the analysis of so many prepared recordings takes; empty: not long."""
+        """Return a text on the duration of the analysis of prepared recordings; empty: short."""
         return self.simulator.duration(recordings)
 
     def check(self, record: Record) -> None:
-        """A recording with its inputs and an output is taken as one of it."""
+        """Accept every recording: `prepare` has checked its inputs and outputs."""
 
     def partition(self, records: Sequence[Record]) -> CausalPartition:
-        """One drive, led by the recorded inputs; a block for every output that all records have."""
-        has = set.intersection(*(set(r.sensors) for r in records))
+        """Return one subsystem with an output group for each output that all records have.
+
+        The subsystem is driven by the recorded inputs.
+        """
+        common = set.intersection(*(set(r.sensors) for r in records))
         order = max(1, min([ORDER, *(r.grid.bins // BINS_PER_LAG for r in records)]))
-        shown = [name for name in self.file.outputs if name in has]
+        outputs = [name for name in self.file.outputs if name in common]
         memory = MEMORY * min(r.grid.stretch / r.grid.width for r in records)
-        blocks = (OutputGroup(_word(n), DRIVE, (n,), order, memory=memory) for n in shown)
-        return CausalPartition({DRIVE: ()}, tuple(blocks))
+        groups = (OutputGroup(_word(n), DRIVE, (n,), order, memory=memory) for n in outputs)
+        return CausalPartition({DRIVE: ()}, tuple(groups))
 
     def coordinates(
         self, records: Sequence[Record], partition: CausalPartition
     ) -> list[Coordinate]:
-        """List the parameters and the values of curves; those with plus_minus = 0 are exact."""
+        """List the parameters and values of curves, without exact ones (plus_minus = 0)."""
         found: list[Coordinate] = []
         for name, value in zip(self.equations.parameters, self.values, strict=True):
             half = self.known[f"parameters.{name}"]
@@ -261,15 +276,15 @@ class ModelSystem(System):
         return found
 
     def touched(self, partition: CausalPartition, coordinate: Coordinate) -> tuple[str, ...]:
-        """There is one drive."""
+        """Return the only subsystem."""
         return (DRIVE,)
 
     def slow_subsystems(self, partition: CausalPartition) -> tuple[str, ...]:
-        """There is one drive."""
+        """Return the only subsystem."""
         return (DRIVE,)
 
     def concerns(self, effect: Effect, partition: CausalPartition, subsystem: str) -> bool:
-        """There is one drive."""
+        """Return True: there is only one subsystem."""
         return True
 
     def simulate(
@@ -280,38 +295,38 @@ class ModelSystem(System):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> Shown:
-        """Run it."""
+        """Simulate a record. q: of the slow columns; added: disturbances by place, (rows,)."""
         return self.simulator.run(self._task(record, q, added))
 
     def _task(self, record: Record, q: Floats, added: Mapping[str, Floats]) -> Task:
         names = self.equations.places
-        push = np.zeros((record.grid.rows, len(names)))
+        disturbance = np.zeros((record.grid.rows, len(names)))
         for k, place in enumerate(slow_places(self.file, record.grid)):
-            push[:, place] += record.slow[:, k] * q[k]
-        for name, course in added.items():
-            push[:, names.index(name)] += course
-        return Task(self.file, self.values, (*self.curves, *self.acting), record, push)
+            disturbance[:, place] += record.slow[:, k] * q[k]
+        for name, waveform in added.items():
+            disturbance[:, names.index(name)] += waveform
+        return Task(self.file, self.values, (*self.curves, *self.acting), record, disturbance)
 
     def unseen_turns(self) -> tuple[Turn, ...]:
-        """Return the orders of an unseen angle."""
+        """Return the order lines of the unmeasured angle."""
         return tuple(placing.lines(self.file))
 
     def turns_unseen(self) -> bool:
-        """Tell whether an effect or a curve goes with the unseen angle."""
+        """Return whether an effect or a curve depends on the unmeasured angle."""
         return any(e.unseen_turn for e in (*self.curves, *self.acting))
 
     def silenced(self) -> Self:
-        """Return it with nothing that goes with the unseen angle."""
+        """Return the system with the effects and curves of the unmeasured angle set to zero."""
         curves = tuple(c.silent() if c.unseen_turn else c for c in self.curves)
         acting = tuple(e.silent() if e.unseen_turn else e for e in self.acting)
         return replace(self, curves=curves, acting=acting)
 
     def first_angle(self) -> tuple[int, float] | None:
-        """Return the unknown of the unseen angle."""
+        """Return the slow column of the unmeasured angle's initial value, and rad per unit."""
         return first_of(placing.unseen_angle(self.file), self.file)
 
     def places(self, partition: CausalPartition) -> list[InjectionPoint]:
-        """Inputs, seams and rates of states."""
+        """Return the injection points: inputs, seams and rates of states."""
         return [
             InjectionPoint(
                 _word(p.name), p.name, p.unit, DISTURBANCE * p.size, DRIVE, {p.name: 1.0}
@@ -323,25 +338,25 @@ class ModelSystem(System):
     def curve(
         self, place: InjectionPoint, regressor: str, knots: Floats, values: Floats, number: int
     ) -> Effect | None:
-        """Return a curve of the model file; None along what the kernel does not know there.
+        """Return an in-model spline at a place; None where the kernel lacks the regressor there.
 
-        A simulation from outside knows none. Around a turn the mean is left out: what is there all round
-        is none of the angle's, and parameters that make up for it would leave with the curve.
+        knots, values: (n,), SI. An outside simulation has no in-model splines. A periodic curve has
+        mean 0: a constant does not depend on the angle, and parameters would compensate it.
         """
         along, at = (n.replace(" ", "_") for n in (regressor.removeprefix(TURN), place.name))
         if not self.simulator.knows_curves or along not in known_quantities(
             at, self.equations, self.file
         ):
             return None
-        repeats = kind_of(regressor) == TURN
-        values = values - values.mean() if repeats else values
+        periodic = kind_of(regressor) == TURN
+        values = values - values.mean() if periodic else values
         table = (tuple(map(float, knots)), tuple(map(float, values)))
-        return curve_along(self.file, at, along, *table, repeats)
+        return curve_along(self.file, at, along, *table, periodic)
 
     def input_disturbance(
         self, place: InjectionPoint, record: Record, course: Floats
     ) -> dict[str, Floats]:
-        """Add it to the place's quantity."""
+        """Return the waveform, (rows,), for each quantity of the place, times its factor."""
         return {name: factor * course for name, factor in place.inputs.items()}
 
     def regressors(
@@ -352,7 +367,7 @@ class ModelSystem(System):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
-        """Inputs as recorded, states and seams as simulated, all with their rates; and time."""
+        """Return recorded inputs, simulated states and seams, their rates, time, (rows,) each."""
         out = self.simulate(record, partition, subsystem, q, added)
         found = {"time": record.time}
         for k, name in enumerate(self.equations.inputs):
@@ -371,14 +386,14 @@ class ModelSystem(System):
         return {**found, **rates, **turns}
 
     def _angle(self, name: str, record: Record, out: Shown) -> Floats:
-        """Course of an angle: recorded, else as simulated, which may be ahead by part of a turn."""
+        """Return an angle, (rows,): recorded, else simulated, perhaps with a phase error."""
         if name in self.file.inputs:
             return record.inputs[:, self.equations.inputs.index(name)]
-        shown = (n for n, o in self.file.outputs.items() if o.value.strip() == name)
-        return next((record.measured[n] for n in shown if n in record.measured), out[name])
+        measuring = (n for n, o in self.file.outputs.items() if o.value.strip() == name)
+        return next((record.measured[n] for n in measuring if n in record.measured), out[name])
 
     def turn_of(self, effect: Effect) -> str:
-        """Return the turn of the angle that an effect uses."""
+        """Return the regressor of the angle that an effect uses, over a turn; empty: none."""
         if isinstance(effect, SeamEffect) and effect.uses == "turn":
             return f"{TURN}{_word(effect.place.other)}"
         return ""
@@ -388,5 +403,5 @@ def _word(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _plus_minus(value: float, told: float | None) -> float:
-    return STATED_SHARE * abs(value) if told is None else told
+def _plus_minus(value: float, stated: float | None) -> float:
+    return STATED_SHARE * abs(value) if stated is None else stated

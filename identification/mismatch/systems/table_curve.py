@@ -1,10 +1,11 @@
-"""Free curves of a model file: what acts at a place along a quantity, and has no name.
+"""Free curves of a model file (in-model splines): a function of a regressor added at a place.
 
-A broken line f(z) over knots of z, level beyond them, is added to an input, a seam, the rate of a
-state or an output, before the effects there. z is the time, an input, a state, a seam, or the rate
-of an input or a state, as the simulation has it; what the curve does acts back on it. A periodic
-curve repeats every turn of z, an angle; it is the periodic cubic spline through its knots (de Boor, "A
-Practical Guide to Splines" (2001)), since what turns has few corners.
+A piecewise linear function f(z) over knots of z, constant beyond them, is added to an input, a
+seam, the rate of a state or an output, before the effects there. z is the time, an input, a state,
+a seam, or the rate of an input or a state, as simulated; the curve feeds back on z. A periodic
+curve repeats every turn of z, an angle; it is the periodic cubic spline through its knots (de
+Boor, "A Practical Guide to Splines" (2001)), since functions of a rotation angle are mostly
+smooth.
 """
 
 from collections.abc import Iterable, Mapping
@@ -28,14 +29,14 @@ from slipbench.protocol.units import linear, to_base
 TIME = "time"
 RATE = "_rate"
 FINER, FINEST = 4, 96
-"""Pieces of a broken line between two knots of a periodic curve, and at least around a turn."""
+"""Linear pieces between two knots of a periodic curve, and their least number per turn."""
 
 
 @dataclass(frozen=True)
 class TableCurve(Effect):
-    """A broken line at a place.
+    """A piecewise linear function at a place.
 
-    knots: of `along`, increasing; heights: of the place; both SI. repeats: every turn, and smooth.
+    knots: of `along`, increasing; heights: values, SI. repeats: periodic every turn, and smooth.
     """
 
     name = "curve"
@@ -51,40 +52,40 @@ class TableCurve(Effect):
 
     @property
     def subject(self) -> str:
-        """Return its place and its quantity."""
+        """Return the place and the regressor."""
         return f"{self.place}/{self.along}"
 
     @property
     def owner(self) -> str:
-        """Return what the keys of its values begin with."""
+        """Return the prefix of the keys of its values."""
         return f"curves.{self.place}.{'turn_of_' if self.repeats else ''}{self.along}"
 
     @property
     def table(self) -> tuple[Floats, Floats]:
-        """Return knots and heights of a broken line; of a periodic curve close together over a turn."""
+        """Return knots and heights, (n,) each; of a periodic curve on a fine grid over a turn."""
         knots, heights = np.array(self.knots), np.array(self.heights)
         if not self.repeats:
             return knots, heights
         knots = np.mod(knots, ONE_TURN)
         order = np.argsort(knots)
-        around = np.append(knots[order], knots[order[0]] + ONE_TURN)
+        periodic_knots = np.append(knots[order], knots[order[0]] + ONE_TURN)
         smooth = CubicSpline(
-            around, np.append(heights[order], heights[order[0]]), bc_type="periodic"
+            periodic_knots, np.append(heights[order], heights[order[0]]), bc_type="periodic"
         )
         fine = np.linspace(0.0, ONE_TURN, max(FINEST, FINER * order.size) + 1)
         return fine, smooth(fine)
 
     def silent(self) -> Self:
-        """Return it with all values zero."""
+        """Return the curve with all values zero."""
         return replace(self, heights=(0.0,) * len(self.heights))
 
     def with_height(self, number: int, height: float) -> Self:
-        """Return it with another value at one knot."""
+        """Return the curve with another value at one knot."""
         heights = (*self.heights[:number], height, *self.heights[number + 1 :])
         return replace(self, heights=heights)
 
     def coordinates(self, known: Mapping[str, float]) -> Iterable[Coordinate]:
-        """Yield its values that are not exact. known: 95 % half widths by key."""
+        """Yield the values that are not exact. known: 95 % half widths by key."""
         for k, height in enumerate(self.heights):
             half = known[f"{self.owner}.{k}"]
             if half > 0.0:
@@ -93,51 +94,51 @@ class TableCurve(Effect):
 
 @dataclass(frozen=True)
 class UnseenAngleCurve(TableCurve):
-    """A curve along an angle of which recordings tell only the speed."""
+    """A curve over an unmeasured angle, of which only the speed is recorded."""
 
     unseen_turn = True
 
 
-def curve_along(file: ModelFile, *told: Any) -> TableCurve:
-    """Return a curve of a file. told: what `TableCurve` is made of, place and quantity first."""
-    return (UnseenAngleCurve if told[1] == unseen_angle(file) else TableCurve)(*told)
+def curve_along(file: ModelFile, *fields: Any) -> TableCurve:
+    """Return a curve of a file. fields: those of `TableCurve`, place and regressor first."""
+    return (UnseenAngleCurve if fields[1] == unseen_angle(file) else TableCurve)(*fields)
 
 
-def read_curve(told: CurveTable, e: Equations, file: ModelFile, where: str) -> TableCurve:
-    """Return a curve of a model file. Raises InputError where it cannot act so."""
+def read_curve(entry: CurveTable, e: Equations, file: ModelFile, where: str) -> TableCurve:
+    """Return a curve of a model file. Raises InputError for an invalid one."""
     units = {p.name: p.unit for p in places(file)}
-    if told.at not in units:
+    if entry.at not in units:
         raise InputError(
-            f"no place {told.at!r}",
+            f"no place {entry.at!r}",
             where=f"{where}.at",
             expected=", ".join(units),
-            remedy=nearest(told.at, units),
+            remedy=nearest(entry.at, units),
         )
-    quantities = known_quantities(told.at, e, file)
-    if told.along not in quantities:
+    quantities = known_quantities(entry.at, e, file)
+    if entry.along not in quantities:
         raise InputError(
-            f"a curve at {told.at!r} cannot act along {told.along!r}",
+            f"a curve at {entry.at!r} cannot act along {entry.along!r}",
             where=f"{where}.along",
             expected=", ".join(quantities),
-            remedy=nearest(told.along, quantities),
+            remedy=nearest(entry.along, quantities),
         )
     try:
-        slope, offset = linear(told.along_unit, unit_of(told.along, file))
-        height, _ = linear(told.unit, units[told.at])
+        slope, offset = linear(entry.along_unit, unit_of(entry.along, file))
+        height, _ = linear(entry.unit, units[entry.at])
     except ValueError as fault:
         raise InputError(str(fault), where=where, remedy="correct the unit") from fault
-    knots = tuple(slope * z + offset for z in told.knots)
-    if told.periodic:
-        _check_turn(told, knots, unit_of(told.along, file), where)
-    values = tuple(height * f for f in told.values)
-    return curve_along(file, told.at, told.along, knots, values, told.periodic)
+    knots = tuple(slope * z + offset for z in entry.knots)
+    if entry.periodic:
+        _check_turn(entry, knots, unit_of(entry.along, file), where)
+    values = tuple(height * f for f in entry.values)
+    return curve_along(file, entry.at, entry.along, knots, values, entry.periodic)
 
 
-def _check_turn(told: CurveTable, knots: tuple[float, ...], unit: str, where: str) -> None:
-    """Raise InputError where a curve cannot repeat every turn."""
+def _check_turn(entry: CurveTable, knots: tuple[float, ...], unit: str, where: str) -> None:
+    """Raise InputError where a curve cannot be periodic."""
     if unit != "rad":
         raise InputError(
-            f"a curve along {told.along!r} does not repeat every turn",
+            f"a curve along {entry.along!r} does not repeat every turn",
             where=f"{where}.periodic",
             expected="an angle, in rad or deg",
             found=f"a quantity in {unit}",
@@ -154,10 +155,10 @@ def _check_turn(told: CurveTable, knots: tuple[float, ...], unit: str, where: st
 
 
 def known_quantities(at: str, e: Equations, file: ModelFile) -> dict[str, int]:
-    """Return the quantities along which a curve at a place may act, and their kernel numbers.
+    """Return the regressors that a curve at a place may have, with their indices in the kernel.
 
-    A seam or the rate of a state is known to the places after it only. An output that shows a
-    quantity as it is stands for it.
+    A seam or the rate of a state is available to later places only. An output whose equation is the
+    name of a quantity is an alias of it.
     """
     here, first, inputs = e.places.index(at), first_input(e), len(e.inputs)
     before = range(inputs, min(here, inputs + len(e.seams) + len(e.states)))
@@ -177,13 +178,13 @@ def known_quantities(at: str, e: Equations, file: ModelFile) -> dict[str, int]:
 
 
 def curve_in_kernel(at: str, regressor: str, e: Equations, file: ModelFile) -> str | None:
-    """Return the quantity of a regressor as a curve of a model file has it; None: it cannot."""
+    """Return the name of a regressor in the kernel; None: it is not available at the place."""
     along = regressor.replace(" ", "_")
     return along if along in known_quantities(at, e, file) else None
 
 
 def unit_of(along: str, file: ModelFile) -> str:
-    """Return the SI unit of a quantity along which a curve acts."""
+    """Return the SI unit of the regressor of a curve."""
     if along == TIME:
         return "s"
     sizes = {
@@ -197,7 +198,7 @@ def unit_of(along: str, file: ModelFile) -> str:
     return "1/s" if unit == "1" else f"{unit}/s"
 
 
-def half_widths(told: CurveTable, curve: TableCurve) -> dict[str, float]:
-    """95 % half widths of a curve's values by key, SI."""
-    slope = to_base(told.unit)[0]
-    return {f"{curve.owner}.{k}": slope * half for k, half in enumerate(told.half_widths)}
+def half_widths(entry: CurveTable, curve: TableCurve) -> dict[str, float]:
+    """Return the 95 % half widths of a curve's values by key, SI."""
+    slope = to_base(entry.unit)[0]
+    return {f"{curve.owner}.{k}": slope * half for k, half in enumerate(entry.half_widths)}

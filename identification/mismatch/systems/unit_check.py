@@ -1,9 +1,9 @@
-"""Whether the two sides of the equations of a model file have the same unit.
+"""Check that both sides of each equation of a model file have the same unit.
 
 A rate must have the unit of its state divided by seconds, a seam and an output that of their size;
-terms of a sum, the branches of a choice and both sides of a comparison must agree; arguments of
-functions are numbers. A number in an equation stands for itself: in a product it has no unit, in a
-sum the unit of the other terms. Angles have no unit. The time of a delay is in seconds.
+terms of a sum, the branches of a conditional and both sides of a comparison must agree; arguments
+of functions have no unit. A literal number has no unit in a product, and in a sum the unit of the
+other terms. Angles have no unit. The time of a delay is in seconds.
 """
 
 import ast
@@ -23,7 +23,7 @@ NO_UNIT = ("tanh", "exp", "log", "sin", "cos", "tan", "atan")
 
 @dataclass(eq=False)
 class _DisagreementError(Exception):
-    """part: of an equation. found, expected: units of two things that must agree."""
+    """Inconsistent units. part: of an equation. found, expected: units that must agree."""
 
     part: str
     found: str
@@ -31,7 +31,7 @@ class _DisagreementError(Exception):
 
 
 def unit_faults(file: ModelFile, where: str) -> tuple[str, ...]:
-    """Say of each equation whose units do not agree where that is; () where all agree."""
+    """Return a message for each equation with inconsistent units; () where all are consistent."""
     return tuple(_faults(file, where))
 
 
@@ -39,7 +39,7 @@ def _faults(file: ModelFile, where: str) -> Iterator[str]:
     known: dict[str, Powers] = {"time": SECOND}
     known |= {name: powers_of(number.unit) for name, number in file.parameters.items()}
     for part in (file.inputs, file.states, file.seams):
-        known |= {name: powers_of(told.size.unit) for name, told in part.items()}
+        known |= {name: powers_of(entry.size.unit) for name, entry in part.items()}
     sides = [
         *((f"seams.{n}.value", s.value, known[n]) for n, s in file.seams.items()),
         *(
@@ -62,15 +62,15 @@ def _faults(file: ModelFile, where: str) -> Iterator[str]:
 
 
 def _stop_faults(file: ModelFile, known: Mapping[str, Powers], where: str) -> Iterator[str]:
-    """Say of each stop whose unit is not that of its state where that is."""
+    """Yield a message for each stop whose unit is not that of its state."""
     for name, state in file.states.items():
-        for key, told, expected in (
+        for key, limit, expected in (
             ("low", state.low, known[name]),
             ("high", state.high, known[name]),
             ("restitution", state.restitution, {}),
         ):
-            if isinstance(told, str | Number):
-                found = known[told] if isinstance(told, str) else powers_of(told.unit)
+            if isinstance(limit, str | Number):
+                found = known[limit] if isinstance(limit, str) else powers_of(limit.unit)
                 if found != expected:
                     yield (
                         f"{where}: states.{name}.{key}: units do not agree: {in_words(expected)} is"
@@ -80,8 +80,8 @@ def _stop_faults(file: ModelFile, known: Mapping[str, Powers], where: str) -> It
 
 def in_words(powers: Powers) -> str:
     """Return a unit as text: kg m/s^2 as "kg m s^-2"."""
-    told = [f"{name}^{p}" if p != 1 else name for name, p in sorted(powers.items())]
-    return " ".join(told) or "1"
+    factors = [f"{name}^{p}" if p != 1 else name for name, p in sorted(powers.items())]
+    return " ".join(factors) or "1"
 
 
 def _times(one: Powers, other: Powers, power: Fraction | int = 1) -> Powers:
@@ -92,27 +92,27 @@ def _times(one: Powers, other: Powers, power: Fraction | int = 1) -> Powers:
 
 @dataclass(frozen=True)
 class _Units:
-    """Units of the parts of an equation; None: a number, which agrees with any."""
+    """Units of the parts of an equation; None: a literal number, which agrees with any unit."""
 
     known: Mapping[str, Powers]
 
     def of(self, node: ast.expr) -> Powers | None:
         """Return the unit of a part. Raises _DisagreementError."""
-        read: dict[type[ast.expr], Callable[..., Powers | None]] = {
+        unit_by_type: dict[type[ast.expr], Callable[..., Powers | None]] = {
             ast.Constant: lambda _: None,
             ast.Name: lambda n: self.known[n.id],
             ast.UnaryOp: lambda n: self.of(n.operand),
             ast.BinOp: self._operation,
             ast.Call: self._call,
-            ast.IfExp: self._choice,
+            ast.IfExp: self._conditional,
             ast.Compare: self._comparison,
         }
-        return read[type(node)](node)
+        return unit_by_type[type(node)](node)
 
     def _operation(self, node: ast.BinOp) -> Powers | None:
         left, right = self.of(node.left), self.of(node.right)
         if isinstance(node.op, ast.Add | ast.Sub):
-            return self._alike(node.right, right, left)
+            return self._consistent(node.right, right, left)
         if isinstance(node.op, ast.Pow):
             return self._power(node, left, right)
         if left is None and right is None:
@@ -122,10 +122,10 @@ class _Units:
     def _power(
         self, node: ast.BinOp, base: Powers | None, exponent: Powers | None
     ) -> Powers | None:
-        self._number(node.right, exponent)
+        self._without_unit(node.right, exponent)
         value = _constant(node.right)
         if value is None:
-            return self._number(node.left, base)
+            return self._without_unit(node.left, base)
         return None if base is None else _times({}, base, value)
 
     def _call(self, node: ast.Call) -> Powers | None:
@@ -134,38 +134,40 @@ class _Units:
         if name == "sqrt":
             return None if units[0] is None else _times({}, units[0], Fraction(1, 2))
         if name == DELAY:
-            self._alike(node.args[1], units[1], SECOND)
+            self._consistent(node.args[1], units[1], SECOND)
             return units[0]
         if name in NO_UNIT:
-            return self._number(node.args[0], units[0])
+            return self._without_unit(node.args[0], units[0])
         same = units[0]
         for argument, unit in zip(node.args[1:], units[1:], strict=True):
-            same = self._alike(argument, unit, same)
+            same = self._consistent(argument, unit, same)
         return same if name in AS_THE_FIRST else {}
 
-    def _choice(self, node: ast.IfExp) -> Powers | None:
+    def _conditional(self, node: ast.IfExp) -> Powers | None:
         self.of(node.test)
-        return self._alike(node.orelse, self.of(node.orelse), self.of(node.body))
+        return self._consistent(node.orelse, self.of(node.orelse), self.of(node.body))
 
     def _comparison(self, node: ast.Compare) -> Powers | None:
         first = self.of(node.left)
         for other in node.comparators:
-            first = self._alike(other, self.of(other), first)
+            first = self._consistent(other, self.of(other), first)
         return {}
 
-    def _alike(self, part: ast.expr, found: Powers | None, other: Powers | None) -> Powers | None:
+    def _consistent(
+        self, part: ast.expr, found: Powers | None, other: Powers | None
+    ) -> Powers | None:
         if found is not None and other is not None and found != other:
             raise _DisagreementError(ast.unparse(part), in_words(found), in_words(other))
         return found if other is None else other
 
-    def _number(self, part: ast.expr, found: Powers | None) -> Powers:
+    def _without_unit(self, part: ast.expr, found: Powers | None) -> Powers:
         if found:
             raise _DisagreementError(ast.unparse(part), in_words(found), in_words({}))
         return {}
 
 
 def _constant(node: ast.expr) -> Fraction | None:
-    """Return the value of an exponent that is a number; None: it varies."""
+    """Return the value of a constant exponent; None: it is not constant."""
     sign = 1
     while isinstance(node, ast.UnaryOp):
         sign, node = (-sign if isinstance(node.op, ast.USub) else sign), node.operand

@@ -1,4 +1,4 @@
-"""Write a model file with new numbers and the effects that were found."""
+"""Write a model file with new parameter values and the detected effects."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -33,75 +33,79 @@ def as_text(
 ) -> str:
     """Return the text of a model file with new parameters, effects and free curves.
 
-    source: text as it was; its comments, order and units stay. values: of the parameters, SI;
-    known: 95 % half widths, SI. New effects are written in the units of the file. curves: tables.
+    source: original text; its comments, order and units are kept. values: of the parameters, SI,
+    (parameters,); known: 95 % half widths, SI. New effects get the units of the file. curves:
+    tables.
     """
-    wanted: dict[str, Any] = {"name": file.name, "description": file.description}
+    changes: dict[str, Any] = {"name": file.name, "description": file.description}
     numbers = {
         name: _parameter(float(value), number.si_unit, known[f"parameters.{name}"])
         for (name, number), value in zip(file.parameters.items(), values, strict=True)
     }
-    of_vectors = {
+    elements_of_vectors = {
         e for n, s in vector_parameters(source).items() for e in element_names(n, s).values()
     }
-    wanted["parameters"] = {n: told for n, told in numbers.items() if n not in of_vectors}
-    there = {(e.name, e.at) for e in file.effects}
-    wanted["effects"] = [
-        _effect(e, known, written, new=(e.name, e.place.name) not in there) for e in effects
+    changes["parameters"] = {
+        n: number for n, number in numbers.items() if n not in elements_of_vectors
+    }
+    existing = {(e.name, e.at) for e in file.effects}
+    changes["effects"] = [
+        _effect(e, known, written, new=(e.name, e.place.name) not in existing) for e in effects
     ]
-    wanted["curves"] = list(curves)
-    source = with_vectors(source, numbers) if of_vectors else source
-    return edited(source, {key: value for key, value in wanted.items() if value}, linear)
+    changes["curves"] = list(curves)
+    source = with_vectors(source, numbers) if elements_of_vectors else source
+    return edited(source, {key: value for key, value in changes.items() if value}, linear)
 
 
 def curves_as_tables(
     curves: Sequence[TableCurve], file: ModelFile, known: Mapping[str, float], written: WrittenUnits
 ) -> Iterator[dict[str, Any]]:
-    """Yield the tables of curves: in the units of the table that is there, else of the file."""
-    there = {(c.at, c.along, c.periodic): c for c in file.curves}
+    """Yield the tables of curves, in the units of an existing table, else of the file."""
+    existing = {(c.at, c.along, c.periodic): c for c in file.curves}
     units = {p.name: p.unit for p in places(file)}
-    for own in dict.fromkeys(map(_own, curves)):
-        curve, halves = _sum([c for c in curves if _own(c) == own], known)
+    for identity in dict.fromkeys(map(_identity, curves)):
+        curve, halves = _sum([c for c in curves if _identity(c) == identity], known)
         along, height = unit_of(curve.along, file), units[curve.place]
-        if own in there:
-            of_knots, of_values = there[own].along_unit, there[own].unit
+        if identity in existing:
+            knot_unit, value_unit = existing[identity].along_unit, existing[identity].unit
         else:
-            words = (curve.along.replace("_", " "), curve.place.replace("_", " "))
-            of_knots, of_values = (
-                written.factor(along, words[0])[1],
-                written.factor(height, words[1])[1],
+            names = (curve.along.replace("_", " "), curve.place.replace("_", " "))
+            knot_unit, value_unit = (
+                written.factor(along, names[0])[1],
+                written.factor(height, names[1])[1],
             )
-        slope, offset = linear(along, of_knots)
-        factor, _ = linear(height, of_values)
+        slope, offset = linear(along, knot_unit)
+        factor, _ = linear(height, value_unit)
         yield {
             "at": curve.place,
             "along": curve.along,
             "knots": _row(slope * z + offset for z in curve.knots),
-            "along_unit": of_knots,
+            "along_unit": knot_unit,
             "values": _row(factor * f for f in curve.heights),
-            "unit": of_values,
+            "unit": value_unit,
             "plus_minus": _row((factor * h for h in halves), DIGITS_OF_HALF_WIDTH),
             **({"periodic": True} if curve.repeats else {}),
         }
 
 
-def _own(curve: TableCurve) -> tuple[str, str, bool]:
-    """What tells a curve from others of the file."""
+def _identity(curve: TableCurve) -> tuple[str, str, bool]:
+    """Return the identity of a curve among those of the file."""
     return curve.place, curve.along, curve.repeats
 
 
 def _sum(curves: Sequence[TableCurve], known: Mapping[str, float]) -> tuple[TableCurve, Floats]:
     """Return the sum of curves at one place along one quantity, and its values' half widths.
 
-    A sum of broken lines is one over the knots of all. Half widths are those of independent values.
+    A sum of piecewise linear functions is one over all knots. Half widths are of independent
+    values.
     """
     knots = np.unique(np.concatenate([c.knots for c in curves]))
     height, square = np.zeros(knots.size), np.zeros(knots.size)
     for c in curves:
-        own = [known.get(f"{c.owner}.{k}", 0.0) for k in range(len(c.knots))]
+        halves = [known.get(f"{c.owner}.{k}", 0.0) for k in range(len(c.knots))]
         turn = ONE_TURN if c.repeats else None
         height += np.interp(knots, *c.table, period=turn)
-        square += np.interp(knots, c.knots, own, period=turn) ** 2
+        square += np.interp(knots, c.knots, halves, period=turn) ** 2
     return replace(curves[0], knots=tuple(knots), heights=tuple(height)), np.sqrt(square)
 
 

@@ -29,4 +29,4 @@ def test_each_effect_is_held_to_the_level_at_which_it_was_found(found, last):
     rule = Acceptance(7, None, last, found)
     for i, name in enumerate("abc"):
         asked = Acceptance(7, None, found.get(name, last)).certainty.limit
-        assert rule._certainty_of(fit, i).limit == asked
+        assert rule._significance_rule_of(fit, i).limit == asked

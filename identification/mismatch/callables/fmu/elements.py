@@ -1,6 +1,6 @@
 """Numbers of an FMU by name: scalar variables, and elements of arrays as `x[1]` and `A[2,3]`.
 
-Indices count from 1, the last one runs fastest, as Modelica and the naming convention of FMI have it.
+Indices count from 1; the last index varies fastest, as in Modelica and FMI variable naming.
 """
 
 import re
@@ -17,7 +17,7 @@ TRUE = {"true": 1.0, "false": 0.0}
 
 @dataclass(frozen=True)
 class Element:
-    """A number of a variable. index: its place in the array, from 0; 0 of a scalar."""
+    """A number of a variable. index: flat position in the array, from 0; 0 for a scalar."""
 
     variable: Any
     index: int = 0
@@ -32,23 +32,23 @@ class Element:
 
     @property
     def start(self) -> str | None:
-        """Start value as written; None: it has none."""
+        """Start value as written; None where it has none."""
         written = starts_of(self.variable)
         return written[self.index] if written else None
 
 
 def shape_of(variable: Any) -> tuple[int, ...]:
-    """Return the lengths of an array, with the start values of what sets them; (): a scalar."""
+    """Return the dimensions of an array for the start values of its size parameters; (): scalar."""
     return tuple(variable.shape or ())
 
 
 def is_array(variable: Any) -> bool:
-    """Whether a variable is an array, even of one number."""
+    """Return whether a variable is an array, even of one number."""
     return bool(variable.dimensions or variable.shape)
 
 
 def count(variable: Any) -> int:
-    """Return how many numbers a variable holds."""
+    """Return the number of elements of a variable."""
     return int(np.prod(shape_of(variable), dtype=int))
 
 
@@ -58,28 +58,28 @@ def elements(variable: Any) -> list[Element]:
 
 
 def found_element(known: dict[str, Any], name: str) -> Element | None:
-    """Return the number that a name means; None: there is none.
+    """Return the element with a name; None where there is none, or for an array without indices.
 
-    known: variables by name. An array without indices is none.
+    known: variables by name.
     """
     if name in known:
         return None if is_array(known[name]) else Element(known[name])
-    told = ELEMENT.fullmatch(name)
-    variable = known.get(told["name"]) if told else None
-    if told is None or variable is None:
+    match = ELEMENT.fullmatch(name)
+    variable = known.get(match["name"]) if match else None
+    if match is None or variable is None:
         return None
-    indices, shape = [int(i) for i in told["indices"].split(",")], shape_of(variable)
+    indices, shape = [int(i) for i in match["indices"].split(",")], shape_of(variable)
     if len(indices) != len(shape) or not all(
-        1 <= i <= most for i, most in zip(indices, shape, strict=True)
+        1 <= i <= length for i, length in zip(indices, shape, strict=True)
     ):
         return None
     return Element(variable, int(np.ravel_multi_index([i - 1 for i in indices], shape)))
 
 
 def array_named(known: dict[str, Any], name: str) -> Any | None:
-    """Return the array that a name means, with or without indices; None: there is none."""
-    told = ELEMENT.fullmatch(name)
-    variable = known.get(name) or (known.get(told["name"]) if told else None)
+    """Return the array with a name, with or without indices; None where there is none."""
+    match = ELEMENT.fullmatch(name)
+    variable = known.get(name) or (known.get(match["name"]) if match else None)
     return variable if variable is not None and is_array(variable) else None
 
 
@@ -91,21 +91,21 @@ def names(variables: Iterable[Any]) -> Iterator[str]:
 
 
 def starts_of(variable: Any) -> list[str]:
-    """Return the start values of all numbers of a variable as written; empty: it has none.
+    """Return the start values of all numbers of a variable as written; empty where it has none.
 
-    An array may have one for all.
+    One start value may apply to all elements of an array.
     """
     written = variable.start
     if written is None:
         return []
-    told = [str(one) for one in written] if isinstance(written, list) else str(written).split()
-    return told * count(variable) if len(told) == 1 else told
+    values = [str(one) for one in written] if isinstance(written, list) else str(written).split()
+    return values * count(variable) if len(values) == 1 else values
 
 
 def start_numbers(variable: Any) -> tuple[float, ...]:
     """Return the start values of all numbers of a variable; 0 where it has none."""
-    told = [_number(one) for one in starts_of(variable)]
-    return tuple(told) if len(told) == count(variable) else (0.0,) * count(variable)
+    values = [_number(one) for one in starts_of(variable)]
+    return tuple(values) if len(values) == count(variable) else (0.0,) * count(variable)
 
 
 def _number(written: str) -> float:

@@ -1,7 +1,7 @@
-"""The file beside an FMU: what is uncertain in it, what drives it, and what was recorded of it.
+"""TOML file of an FMU: its uncertain parameters, inputs, recorded outputs and states.
 
-TOML, `servo.toml` beside `servo.fmu`. Numbers and sizes are written as in a model file. An element of
-an array is named as `x[1]` or `A[2,3]`.
+For example `servo.toml` beside `servo.fmu`. Numbers and sizes are written as in a model file. An
+element of an array is named as `x[1]` or `A[2,3]`.
 """
 
 from collections.abc import Mapping
@@ -28,7 +28,7 @@ SUFFIX = ".fmu"
 
 
 def is_of_an_fmu(path: Path) -> bool:
-    """Tell whether a file is an FMU, or a file beside one. Raises InputError for invalid TOML."""
+    """Return whether a file is an FMU or its TOML file. Raises InputError for invalid TOML."""
     if path.suffix.lower() == SUFFIX:
         return True
     tree = load_toml(path)
@@ -40,7 +40,7 @@ class FmuParameter(Number):
 
     value       nominal value
     unit        of all numbers of the parameter
-    plus_minus  half width of what is reliable with 95 %; none: half of the distance between low and
+    plus_minus  half width of the 95 % prior interval; none: half of the distance between low and
                 high. 0: exact
     low         least value; none: that of the FMU
     high        greatest value; none: that of the FMU
@@ -65,11 +65,11 @@ class FmuState(Section):
     """A continuous state of an FMU for model exchange: effects act on its derivative.
 
     size      usual magnitude of the state
-    rate      state of this file that is its derivative, as the speed of a position; empty: another
-              quantity
-    along     state of this file that is the speed of what the derivative drives: friction may act
-              along it
-    first     standard deviation of its first value from that of the FMU; none: half the size
+    rate      state of this file that is its derivative, for example the speed of a position; empty:
+              another quantity
+    along     state of this file that is the speed of the driven part: regressor of friction
+    first     prior standard deviation of the initial value about that of the FMU; none: half the
+              size
     variable  name in the FMU, as "x" or "x[1]"; empty: the state's own
     """
 
@@ -80,18 +80,18 @@ class FmuState(Section):
     variable: str = ""
 
     def state(self) -> DrivenState:
-        """Return it as a state of a model file, whose rate the FMU knows."""
-        told = self.model_dump(exclude={"variable", "rate"})
-        return DrivenState(rate=self.rate or NOT_AN_EQUATION, **told)
+        """Return it as a state of a model file; the FMU computes its rate."""
+        entry = self.model_dump(exclude={"variable", "rate"})
+        return DrivenState(rate=self.rate or NOT_AN_EQUATION, **entry)
 
 
 class FmuOutput(Section):
-    """A variable of the FMU that a sensor shows.
+    """A variable of the FMU that is measured by a sensor.
 
-    role      role of the recording
+    role      role of the recorded signal
     size      usual magnitude of the quantity
-    latency   known, of the sensor
-    noise     standard deviation before the sensor rounds
+    latency   known latency of the sensor
+    noise     standard deviation before quantization by the sensor
     variable  name in the FMU, as "y" or "y[1]"; empty: the output's own
     """
 
@@ -103,21 +103,21 @@ class FmuOutput(Section):
 
 
 class FmuFile(Section):
-    """One file beside an FMU.
+    """TOML file of an FMU.
 
     fmu          the FMU, relative to this file; empty: the one of the same name
     name         of the system; empty: the FMU's
     description  text for people
-    interface    of the FMU; empty: co-simulation where it has it, else model exchange
-    step         largest step of communication, or of integration in model exchange
-    period       of the bins in which residuals are tested: that of the slowest output, as a rule
-    stretch      time within which errors may be serially correlated; 0: 30 periods
-    time_limit   of one run; a run that takes longer is ended
+    interface    of the FMU; empty: co-simulation if available, else model exchange
+    step         largest communication step, or integration step in model exchange
+    period       of the bins in which residuals are tested, usually that of the slowest output
+    stretch      segment within which errors may be serially correlated; 0: 30 periods
+    time_limit   of one run; a longer run is stopped
     parameters   by name
     inputs       by name
     outputs      by name
     states       continuous states, by name, on whose derivatives effects may act; model exchange
-    effects      effects that act already, at inputs, outputs and derivatives ("speed_rate")
+    effects      known effects at inputs, outputs and derivatives ("speed_rate")
     """
 
     fmu: str = ""
@@ -136,20 +136,20 @@ class FmuFile(Section):
 
     @model_validator(mode="after")
     def _speeds_are_outputs(self) -> "FmuFile":
-        for key, told in self.inputs.items():
-            if told.along and told.along not in self.outputs:
+        for key, entry in self.inputs.items():
+            if entry.along and entry.along not in self.outputs:
                 raise ValueError(
-                    f"inputs.{key}.along = {told.along!r} is no output;"
+                    f"inputs.{key}.along = {entry.along!r} is no output;"
                     f" one of {', '.join(self.outputs)} is expected"
                 )
         return self
 
     @model_validator(mode="after")
     def _rates_are_states(self) -> "FmuFile":
-        for key, told in self.states.items():
-            if told.rate and told.rate not in self.states:
+        for key, entry in self.states.items():
+            if entry.rate and entry.rate not in self.states:
                 raise ValueError(
-                    f"states.{key}.rate = {told.rate!r} is no state;"
+                    f"states.{key}.rate = {entry.rate!r} is no state;"
                     f" one of {', '.join(self.states)} is expected"
                 )
         return self
@@ -184,5 +184,5 @@ class FmuFile(Section):
             raise InputError("the file cannot be used", where=where, found=reasons) from fault
 
     def path(self, file: Path) -> Path:
-        """Return the FMU's path. file: of this file."""
+        """Return the path of the FMU. file: path of this TOML file."""
         return file.parent / self.fmu if self.fmu else file.with_suffix(".fmu")

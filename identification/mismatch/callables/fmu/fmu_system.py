@@ -1,4 +1,4 @@
-"""An FMU and the file beside it as a system that the engine explains."""
+"""An FMU and its TOML file as a system for the mismatch analysis."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -36,7 +36,10 @@ from slipbench.protocol.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class OpenFmu:
-    """An FMU, and what the file beside it tells of it. parameters: by name, with their bounds."""
+    """An FMU with the contents of its TOML file.
+
+    beside: path of the TOML file. parameters: by name, with bounds. time_limit: of one run, s.
+    """
 
     beside: Path
     model: ModelFile
@@ -46,7 +49,7 @@ class OpenFmu:
 
     @property
     def system(self) -> ModelSystem:
-        """The system that the engine explains. Raises InputError."""
+        """System for the mismatch analysis. Raises InputError."""
         runner = FmuRunner(self.plan)
         caller = IsolatedCaller(runner, self.time_limit) if CAN_ISOLATE else runner
         simulator = OutsideSimulator(caller, *bounds(self.parameters, self.model), "the FMU")
@@ -55,18 +58,18 @@ class OpenFmu:
 
 
 def load_fmu_system(path: Path) -> ModelSystem:
-    """Load an FMU, or the file beside it. Raises InputError where something does not fit."""
+    """Load an FMU by its path or that of its TOML file. Raises InputError where they disagree."""
     return open_fmu(path).system
 
 
 def open_fmu(path: Path) -> OpenFmu:
-    """Open an FMU, or the file beside it. Raises InputError where something does not fit."""
-    beside = path.with_suffix(".toml") if path.suffix.lower() == SUFFIX else path
-    if not beside.exists():
-        raise _no_file(path, beside)
-    file = read_toml(beside, FmuFile)
+    """Open an FMU by its path or that of its TOML file. Raises InputError where they disagree."""
+    toml = path.with_suffix(".toml") if path.suffix.lower() == SUFFIX else path
+    if not toml.exists():
+        raise _no_file(path, toml)
+    file = read_toml(toml, FmuFile)
     fmu = unpacked(path if path.suffix.lower() == SUFFIX else file.path(path))
-    where = str(beside)
+    where = str(toml)
     ports = _parameter_ports(file, fmu, where)
     parameters = {
         key: _parameter(one, ports[key], f"{where}: parameters.{key}")
@@ -74,26 +77,26 @@ def open_fmu(path: Path) -> OpenFmu:
     }
     model = file.model_file(parameters, file.name or str(fmu.description.modelName), where)
     plan = _plan(file, fmu, model, tuple(ports.values()), where)
-    model = _with_exact_switches(model, plan.inputs)
-    return OpenFmu(beside, model, plan, parameters, file.time_limit)
+    model = _with_exact_integer_inputs(model, plan.inputs)
+    return OpenFmu(toml, model, plan, parameters, file.time_limit)
 
 
-def _with_exact_switches(model: ModelFile, ports: tuple[Port, ...]) -> ModelFile:
-    """Return a model file in which no effect acts at inputs that hold whole numbers."""
-    whole = {own.name for own in ports if own.kind.whole}
+def _with_exact_integer_inputs(model: ModelFile, ports: tuple[Port, ...]) -> ModelFile:
+    """Return a model file in which no effect acts at inputs of integer type."""
+    integers = {own.name for own in ports if own.kind.whole}
     inputs = {
-        name: one.model_copy(update={"exact": True}) if name in whole else one
+        name: one.model_copy(update={"exact": True}) if name in integers else one
         for name, one in model.inputs.items()
     }
     return model.model_copy(update={"inputs": inputs})
 
 
-def _no_file(path: Path, beside: Path) -> InputError:
+def _no_file(path: Path, toml: Path) -> InputError:
     return InputError(
-        f"the FMU needs a file beside it, {beside.name}, that says what is uncertain and recorded."
+        f"the FMU needs a file beside it, {toml.name}, that says what is uncertain and recorded."
         f" Begin with this:\n\n{template(unpacked(path))}",
         where=str(path),
-        remedy=f"write it as {beside}: half widths, roles of your recordings, usual magnitudes",
+        remedy=f"write it as {toml}: half widths, roles of your recordings, usual magnitudes",
     )
 
 
@@ -106,26 +109,26 @@ def _parameter_ports(file: FmuFile, fmu: UnpackedFmu, where: str) -> dict[str, P
     }
 
 
-def _parameter(told: FmuParameter, own: Port, where: str) -> Parameter:
-    """Return a parameter with the bounds of its file, else those of the FMU. Raises InputError."""
-    if own.kind.whole and told.plus_minus != 0.0:
+def _parameter(entry: FmuParameter, own: Port, where: str) -> Parameter:
+    """Return a parameter with the bounds of the TOML file, else of the FMU. Raises InputError."""
+    if own.kind.whole and entry.plus_minus != 0.0:
         raise InputError(
-            f"{told.variable or own.name!r} holds whole numbers, which cannot be calibrated",
+            f"{entry.variable or own.name!r} holds whole numbers, which cannot be calibrated",
             where=where,
             expected="plus_minus = 0",
             found=f"type {own.kind.name}",
             remedy="compare analyses with one value each",
         )
-    low = own.low if told.low is None else told.low
-    high = own.high if told.high is None else told.high
-    some = np.isfinite([low, high]).any()
-    return Parameter(told.value, told.plus_minus, (low, high) if some else None, told.unit)
+    low = own.low if entry.low is None else entry.low
+    high = own.high if entry.high is None else entry.high
+    bounded = np.isfinite([low, high]).any()
+    return Parameter(entry.value, entry.plus_minus, (low, high) if bounded else None, entry.unit)
 
 
 def _plan(
     file: FmuFile, fmu: UnpackedFmu, model: ModelFile, parameters: tuple[Port, ...], where: str
 ) -> Plan:
-    """Find inputs and outputs; recordings hold SI."""
+    """Return the plan with inputs and outputs; recordings hold SI."""
     found = {
         (kind, key): port(
             fmu.description, key, one.variable, one.size.si_unit, kind, f"{where}: {kind}s.{key}"
@@ -145,7 +148,7 @@ def _plan(
 
 
 def _check_held(inputs: tuple[Port, ...], held: tuple[bool, ...], where: str) -> None:
-    """Raise InputError where an input that changes at events alone follows lines between samples."""
+    """Raise InputError where a discrete input is linearly interpolated between samples."""
     for own, holds in zip(inputs, held, strict=True):
         if own.discrete and not holds:
             raise InputError(
@@ -171,19 +174,22 @@ def _states(file: FmuFile, fmu: UnpackedFmu, interface: str, where: str) -> tupl
 
 
 def _ports(file: FmuFile) -> Iterator[tuple[str, str, FmuInput | FmuOutput]]:
-    for key, told in file.inputs.items():
-        yield "input", key, told
-    for name, shown in file.outputs.items():
-        yield "output", name, shown
+    for key, entry in file.inputs.items():
+        yield "input", key, entry
+    for name, output in file.outputs.items():
+        yield "output", name, output
 
 
-def _source(beside: Path, fmu: Path, name: str) -> str:
-    """Text of the file, with the FMU's whole path: an improved file may lie elsewhere."""
-    text = beside.read_text(encoding="utf-8")
+def _source(toml: Path, fmu: Path, name: str) -> str:
+    """Return the text of the TOML file with the absolute path of the FMU.
+
+    An improved file may be written to another folder.
+    """
+    text = toml.read_text(encoding="utf-8")
     document = tomlkit.parse(text)
-    wanted = {"name": name, "description": "", "fmu": str(fmu.resolve())}
+    required = {"name": name, "description": "", "fmu": str(fmu.resolve())}
     if "fmu" in document:
-        document["fmu"] = wanted["fmu"]
+        document["fmu"] = required["fmu"]
         text = tomlkit.dumps(document)
-    new = {key: value for key, value in wanted.items() if key not in document}
-    return tomlkit.dumps(new) + text  # keys of the whole file stand before its first table
+    missing = {key: value for key, value in required.items() if key not in document}
+    return tomlkit.dumps(missing) + text  # top-level keys precede the first table

@@ -1,7 +1,7 @@
-"""One instance of an FMU at a time, with the calls of FMI 2.0 and 3.0 under the same names.
+"""One instance of an FMU at a time, with one interface for FMI 2.0 and 3.0.
 
-What the FMU logs is kept: its last words are the reason of a failure. Calls go to fmpy with arrays
-that are made once, since a run makes tens of thousands.
+Log messages of the FMU are stored: the last ones give the reason of a failure. Arrays are allocated
+once and reused, since a run makes tens of thousands of calls to fmpy.
 """
 
 import ctypes
@@ -17,24 +17,24 @@ from slipbench.identification.mismatch.callables.fmu.values import Group, Values
 from slipbench.plant.signals import Floats
 from slipbench.protocol.extras import optional_library
 
-WARNING = 1  # status of FMI: the least that is kept
+WARNING = 1  # FMI status: lowest that is stored
 MOST_WORDS = 3
-DISCARD = 2  # status of FMI 2.0: a step was not, or not wholly, done
+DISCARD = 2  # FMI 2.0 status: a step was not completed
 LAST_TIME, ENDED = 2, 3  # of fmi2StatusKind
 
 
 class Doubles:
-    """Numbers that are set or read together: as FMI takes them, and as an array of numpy."""
+    """Numbers that are set or read together: as a C array for FMI, and as a numpy view of it."""
 
     def __init__(self, count: int) -> None:
-        """count: numbers."""
+        """count: number of elements."""
         self.count = count
         self.values = (ctypes.c_double * count)()
         self.array: Floats = np.ctypeslib.as_array(self.values)
 
 
 class Instance(ABC):
-    """An FMU that is instantiated anew for every run."""
+    """An FMU that is instantiated for each run."""
 
     def __init__(self, plan: Plan) -> None:
         """Load the library. Raises CallFailedError."""
@@ -53,10 +53,10 @@ class Instance(ABC):
     def begin(self, parameters: Floats, inputs: Floats, stop: float) -> None:
         """Instantiate and initialize. parameters, inputs: units of the FMU.
 
-        stop: later than all steps, s: some FMUs refuse a step that is beyond it by rounding.
+        stop: later than all steps, s: some FMUs reject a step that exceeds it by rounding.
         """
         self.words.clear()
-        self._instantiated()
+        self._instantiate_or_fail()
         self._set_up(stop)
         self.set(self.parameters, parameters)
         self._enter_initialization(stop)
@@ -64,13 +64,13 @@ class Instance(ABC):
         self.fmu.exitInitializationMode()
 
     def end(self) -> None:
-        """Free the instance, the library stays loaded."""
+        """Free the instance; the library stays loaded."""
         if self.fmu.component:
             self._free()
             self.fmu.component = None
 
     def set(self, which: Values, values: Floats) -> None:
-        """Set variables. values: units of the FMU; a whole number is rounded."""
+        """Set variables. values: units of the FMU; integer types are rounded."""
         for group in which.groups:
             group.put(values)
             self._set(group)
@@ -84,30 +84,30 @@ class Instance(ABC):
         return found
 
     def step(self, time: float, step: float) -> None:
-        """Go from a communication point to the next one, s. Raises CallFailedError where it ends."""
-        ended = self._ended(time, step)
-        if ended is not None:
-            raise CallFailedError(f"the FMU ended the simulation at {ended:.6g} s")
+        """Advance by one communication step, s. Raises CallFailedError where the FMU terminates."""
+        end_time = self._do_step(time, step)
+        if end_time is not None:
+            raise CallFailedError(f"the FMU ended the simulation at {end_time:.6g} s")
 
     def reason(self, fault: Exception) -> str:
-        """Say why a call failed: fmpy's words, and the last of the FMU's."""
-        said = "; ".join(self.words)
-        return f"{fault}" + (f" The FMU says: {said}" if said else "")
+        """Return why a call failed: the error of fmpy and the last messages of the FMU."""
+        text = "; ".join(self.words)
+        return f"{fault}" + (f" The FMU says: {text}" if text else "")
 
     def keep(self, status: int, message: bytes | None) -> None:
-        """Keep a message of the FMU."""
+        """Store a message of the FMU."""
         if status >= WARNING and message:
             self.words.append(message.decode("utf-8", "replace").strip())
 
-    def _instantiated(self) -> None:
-        """Instantiate; where that fails, once more with messages, for the reason."""
+    def _instantiate_or_fail(self) -> None:
+        """Instantiate; on failure, repeat with logging enabled to obtain the reason."""
         for log in (False, True):
             try:
                 return self._instantiate(log)
             except Exception as fault:
                 if log:
-                    said = f"it cannot be instantiated (no licence?).{self.plan.absent_tool}"
-                    raise CallFailedError(self.reason(Exception(said))) from fault
+                    text = f"it cannot be instantiated (no licence?).{self.plan.absent_tool}"
+                    raise CallFailedError(self.reason(Exception(text))) from fault
         return None
 
     @abstractmethod
@@ -119,7 +119,7 @@ class Instance(ABC):
         """Instantiate."""
 
     def _set_up(self, stop: float) -> None:
-        """Do what comes before parameters are set."""
+        """Set up the experiment before parameters are set."""
         return
 
     @abstractmethod
@@ -127,12 +127,12 @@ class Instance(ABC):
         """Enter initialization mode."""
 
     @abstractmethod
-    def _ended(self, time: float, step: float) -> float | None:
-        """Do a step of co-simulation; return when the FMU ended, s; None: it did not."""
+    def _do_step(self, time: float, step: float) -> float | None:
+        """Do a co-simulation step; return when the FMU terminated, s, or None."""
 
     @abstractmethod
     def _set(self, group: Group) -> None:
-        """Set variables of one type to what their array holds."""
+        """Set variables of one type from their array."""
 
     @abstractmethod
     def _get(self, group: Group) -> None:
@@ -149,10 +149,10 @@ class Instance2(Instance):
     def _load(self) -> Any:
         fmi2 = optional_library("fmpy.fmi2")
         kind = "FMU2Slave" if self.plan.interface == "co_simulation" else "FMU2Model"
-        self._callbacks = self._listening(fmi2)
+        self._callbacks = self._callback_functions(fmi2)
         return getattr(fmi2, kind)(**self.plan.loading())
 
-    def _listening(self, fmi2: Any) -> Any:
+    def _callback_functions(self, fmi2: Any) -> Any:
         base, logging = optional_library("fmpy"), optional_library("fmpy.logging")
 
         def log(_: Any, __: Any, status: int, ___: Any, message: bytes) -> None:
@@ -174,7 +174,7 @@ class Instance2(Instance):
     def _enter_initialization(self, stop: float) -> None:
         self.fmu.enterInitializationMode()
 
-    def _ended(self, time: float, step: float) -> float | None:
+    def _do_step(self, time: float, step: float) -> float | None:
         try:
             self.fmu.doStep(time, step)
         except Exception as fault:  # fmpy's own, for a call that failed
@@ -204,17 +204,17 @@ class Instance3(Instance):
         return getattr(fmi3, kind)(**self.plan.loading())
 
     def _instantiate(self, log: bool) -> None:
-        def keep(_: Any, status: int, __: Any, message: bytes) -> None:
+        def log_message(_: Any, status: int, __: Any, message: bytes) -> None:
             self.keep(status, message)
 
-        self.fmu.instantiate(loggingOn=log, logMessage=keep)
+        self.fmu.instantiate(loggingOn=log, logMessage=log_message)
 
     def _enter_initialization(self, stop: float) -> None:
         self.fmu.enterInitializationMode(startTime=0.0, stopTime=stop)
 
-    def _ended(self, time: float, step: float) -> float | None:
-        told = self.fmu.doStep(time, step)
-        return float(told[3]) if told is not None and (told[1] or told[2]) else None
+    def _do_step(self, time: float, step: float) -> float | None:
+        returned = self.fmu.doStep(time, step)
+        return float(returned[3]) if returned is not None and (returned[1] or returned[2]) else None
 
     def _set(self, group: Group) -> None:
         self._call(f"fmi3Set{group.name}", group)

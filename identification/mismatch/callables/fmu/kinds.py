@@ -1,4 +1,4 @@
-"""Types of the numbers of an FMU: how they are stored, and which of them are whole numbers."""
+"""Types of the numbers of an FMU: storage, and which of them are integers."""
 
 import ctypes
 from dataclasses import dataclass
@@ -9,23 +9,23 @@ import numpy as np
 from slipbench.plant.signals import Floats
 
 LARGEST = 2.0**53
-"""Largest whole number up to which a float keeps every one."""
+"""Largest magnitude up to which a float represents every integer."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A type. name: in the functions of FMI that set and read it; stored: as which type of C."""
+    """A type. name: in the FMI functions that set and read it; stored: its C type."""
 
     name: str
     stored: type[Any]
 
     @property
     def whole(self) -> bool:
-        """Whether its values are whole numbers, or true and false as 1 and 0."""
+        """Whether its values are integers, or true and false as 1 and 0."""
         return not issubclass(self.stored, ctypes.c_double | ctypes.c_float)
 
     def fitting(self, values: Floats) -> Floats:
-        """Return the nearest values that the type can hold."""
+        """Return the nearest representable values of the type."""
         if not self.whole:
             return values
         low, high = self._range
@@ -60,11 +60,11 @@ KINDS = {
         "Boolean": Kind("Boolean", ctypes.c_bool),
     },
 }
-"""By version of FMI and the type in the model description. Text, binaries and clocks are no numbers."""
+"""By FMI version and type of the model description; strings, binaries, clocks are not numeric."""
 PLAIN = ("Real", "Float64")
-"""Names of the types that an FMU around another one passes on."""
+"""Names of the types that a wrapper FMU supports."""
 
 
 def kind_of(version: str, type_name: str) -> Kind | None:
-    """Return a type; None: its values are no numbers. version: of FMI, "2.0" or later."""
+    """Return a type; None where its values are not numeric. version: of FMI, "2.0" or later."""
     return KINDS[version[:3]].get(type_name)

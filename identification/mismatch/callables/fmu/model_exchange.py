@@ -1,7 +1,7 @@
 """A run of an FMU for model exchange: its states integrated by the classical Runge-Kutta rule.
 
-The step is fixed, and is cut where an event lies in it (steps.py). Inputs that change at events alone,
-as a switch, are set in event mode at the begin of a row.
+The step is fixed and is split at events (steps.py). Discrete inputs, for example a switch, are set
+in event mode at the beginning of a row.
 """
 
 import math
@@ -26,44 +26,45 @@ def integrated(
 ) -> Floats:
     """Return outputs at all times, (n, outputs). inputs: (n, inputs), units of the FMU.
 
-    acting: on derivatives. Raises CallFailedError where the FMU ends the simulation.
+    acting: disturbances and effects on derivatives. Raises CallFailedError where the FMU ends the
+    simulation.
     """
     step = float(times[1] - times[0])
     parts = max(1, math.ceil(step / instance.plan.step - 1e-9))
     held = np.array(instance.plan.held, bool)
-    found = np.empty((times.size, instance.outputs.count))
+    outputs = np.empty((times.size, instance.outputs.count))
     instance.begin(parameters, inputs[0], float(times[-1]) + step)
     states = ContinuousStates(instance)
-    _go_on_unless(states.handle_event(), 0.0)
+    _raise_if_terminated(states.handle_event(), 0.0)
     loop = None if acting is None else Derivatives(instance.plan, acting, step / parts)
-    found[0] = instance.get(instance.outputs)
+    outputs[0] = instance.get(instance.outputs)
     for row in range(times.size - 1):
         first, last = inputs[row], np.where(held, inputs[row], inputs[row + 1])
         if row and _discrete_change(instance, inputs[row - 1], first):
             states.enter_event()
             instance.set(instance.discrete, first)
-            _go_on_unless(states.handle_event(), float(times[row]))
+            _raise_if_terminated(states.handle_event(), float(times[row]))
         for part in range(parts):
             ends = [first + (part + k) / parts * (last - first) for k in (0, 1)]
             if loop is not None:
                 loop.begin(row, part, row * parts + part)
             time = float(times[row]) + step * part / parts
             span = Span(time, step / parts, ends[0], ends[1])
-            _go_on_unless(Step(instance, states, span, loop).advance(), span.at(1.0))
+            _raise_if_terminated(Step(instance, states, span, loop).advance(), span.at(1.0))
         if loop is not None:
             loop.end_row(states.rates(), states.get(), last)
-        found[row + 1] = instance.get(instance.outputs)
-    return found
+        outputs[row + 1] = instance.get(instance.outputs)
+    return outputs
 
 
 def _discrete_change(instance: Instance, before: Floats, now: Floats) -> bool:
-    """Tell whether an input that changes at events alone changes."""
+    """Return whether a discrete input changes."""
     return any(
-        port.discrete and was != is_now
-        for port, was, is_now in zip(instance.plan.inputs, before, now, strict=True)
+        port.discrete and value_before != value_now
+        for port, value_before, value_now in zip(instance.plan.inputs, before, now, strict=True)
     )
 
 
-def _go_on_unless(ended: bool, time: float) -> None:
-    if ended:
+def _raise_if_terminated(terminated: bool, time: float) -> None:
+    if terminated:
         raise CallFailedError(f"the FMU ended the simulation at {time:.6g} s")

@@ -1,4 +1,4 @@
-"""How an FMU is run: its library, its interface, and the variables that are set and read."""
+"""Configuration of an FMU run: library, interface, and the variables that are set and read."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,9 +13,10 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """interface: co_simulation or model_exchange. step: largest step, s.
+    """Configuration of an FMU run.
 
-    held: for each input, whether it holds between samples. states: on whose derivatives effects act.
+    interface: co_simulation or model_exchange. step: largest step, s. held: for each input, whether
+    it is held between samples. states: those on whose derivatives effects act.
     """
 
     fmu: UnpackedFmu
@@ -30,22 +31,22 @@ class Plan:
     @property
     def identifier(self) -> str:
         """Name of the FMU's library."""
-        return str(self._offered.modelIdentifier)
+        return str(self._interface_description.modelIdentifier)
 
     @property
     def absent_tool(self) -> str:
-        """What to say where the FMU does not start, if it needs the tool that made it; else empty."""
-        if not self._offered.needsExecutionTool:
+        """Hint for an FMU that does not start without its authoring tool; else empty."""
+        if not self._interface_description.needsExecutionTool:
             return ""
         tool = self.fmu.description.generationTool or "unknown"
         return f" It needs the tool that made it ({tool}): install that here, or export without it."
 
     @property
-    def _offered(self) -> Any:
+    def _interface_description(self) -> Any:
         return getattr(self.fmu.description, INTERFACES[self.interface])
 
     def loading(self) -> dict[str, object]:
-        """Return what fmpy loads the library with."""
+        """Return the arguments with which fmpy loads the library."""
         return {
             "guid": self.fmu.description.guid,
             "unzipDirectory": str(self.fmu.folder),
@@ -58,13 +59,13 @@ class Plan:
 def inside(
     ports: tuple[Port, ...], values: Mapping[str, Floats | float], shape: tuple[int, ...] = ()
 ) -> Floats:
-    """Return values in the units of the FMU, ports along the last axis. shape: of each value."""
-    found = np.empty((*shape, len(ports)))
+    """Return values in the units of the FMU, ports on the last axis. shape: of each value."""
+    converted = np.empty((*shape, len(ports)))
     for k, port in enumerate(ports):
-        found[..., k] = port.slope * np.asarray(values[port.name]) + port.offset
-    return found
+        converted[..., k] = port.slope * np.asarray(values[port.name]) + port.offset
+    return converted
 
 
 def outside(ports: tuple[Port, ...], rows: Floats) -> dict[str, Floats]:
-    """Return values in the units of the file. rows: (n, ports)."""
+    """Return values in the units of the TOML file, by port name. rows: (n, ports), FMU units."""
     return {p.name: (rows[:, k] - p.offset) / p.slope for k, p in enumerate(ports)}

@@ -1,4 +1,4 @@
-"""Runs calls on an FMU, whose library is loaded at the first one: in the process that serves them."""
+"""Runs calls on an FMU. The library is loaded at the first call, in the worker process."""
 
 import numpy as np
 
@@ -14,18 +14,18 @@ RUN = {"co_simulation": co_simulated, "model_exchange": integrated}
 
 
 class FmuRunner:
-    """The caller of an FMU."""
+    """Caller of an FMU."""
 
     def __init__(self, plan: Plan) -> None:
-        """plan: how it is run."""
+        """plan: configuration of the run."""
         self._plan = plan
         self._instance: Instance | None = None
 
     def __call__(self, call: Call) -> dict[str, Floats]:
         """Run a call. Raises CallFailedError."""
         self._instance = self._instance or instance_of(self._plan)
-        found = outside(self._plan.outputs, self._run(self._instance, call))
-        return checked(found, call.outputs, call.times.size)
+        outputs = outside(self._plan.outputs, self._run(self._instance, call))
+        return checked(outputs, call.outputs, call.times.size)
 
     def _run(self, instance: Instance, call: Call) -> Floats:
         plan = self._plan
@@ -33,7 +33,7 @@ class FmuRunner:
         try:
             run = RUN[plan.interface]
             inputs = inside(plan.inputs, call.inputs, call.times.shape)
-            with np.errstate(over="ignore", invalid="ignore"):  # refused by what is not finite
+            with np.errstate(over="ignore", invalid="ignore"):  # `checked` rejects non-finite
                 return run(instance, parameters, inputs, call.times, call.rates)
         except CallFailedError:
             raise

@@ -8,14 +8,14 @@ from slipbench.identification.mismatch.callables.fmu.instance import Doubles, In
 from slipbench.plant.signals import Floats
 
 MOST_ITERATIONS = 100
-"""Of the discrete states at one event."""
+"""Limit of the iterations of discrete states at one event."""
 
 
 class ContinuousStates:
-    """States, rates and event indicators of an instance; arrays are those of FMI."""
+    """Continuous states, rates and event indicators of an instance, with the arrays for FMI."""
 
     def __init__(self, instance: Instance) -> None:
-        """Count states and indicators of an initialized instance."""
+        """Allocate arrays for the states and indicators of an initialized instance."""
         self._fmu, self._version = instance.fmu, instance.plan.fmu.version
         description = instance.plan.fmu.description
         if self._version == "2.0":
@@ -25,7 +25,7 @@ class ContinuousStates:
             indicators = self._fmu.getNumberOfEventIndicators()
         self._x, self._dx, self._z = (Doubles(n) for n in (states, states, int(indicators)))
         self._signs = self._z.array > 0.0
-        self._next = math.inf
+        self._next_event_time = math.inf
         name = "getDerivatives" if self._version == "2.0" else "getContinuousStateDerivatives"
         self._derivatives = getattr(self._fmu, name)
 
@@ -47,20 +47,20 @@ class ContinuousStates:
 
     @property
     def next_event(self) -> float:
-        """The time that the FMU announced for an event, s; infinity: none."""
-        return self._next
+        """Time of the next time event, s; infinity where there is none."""
+        return self._next_event_time
 
     def crossed(self) -> bool:
-        """Tell whether an indicator has another sign than after the last event."""
+        """Return whether an event indicator has changed sign since the last event."""
         if not self._z.count:
             return False
         _call(self._z, self._fmu.getEventIndicators)
         return bool((self._signs != (self._z.array > 0.0)).any())
 
     def completed(self, event: bool) -> bool:
-        """Complete a step and handle what happens at its end; tell whether the FMU ended.
+        """Complete a step and handle an event at its end; return whether the FMU terminated.
 
-        event: whether one lies there.
+        event: whether there is an event at the end of the step.
         """
         needed, terminate = self._fmu.completedIntegratorStep()
         if needed or event:
@@ -69,24 +69,24 @@ class ContinuousStates:
         return bool(terminate)
 
     def enter_event(self) -> None:
-        """Begin an event, in which inputs that change at events alone may be set."""
+        """Enter event mode, in which discrete inputs may be set."""
         self._fmu.enterEventMode()
 
     def handle_event(self) -> bool:
-        """Iterate discrete states and go on in continuous time; tell whether the FMU ended."""
+        """Iterate discrete states and enter continuous time; return whether the FMU terminated."""
         name = "newDiscreteStates" if self._version == "2.0" else "updateDiscreteStates"
         for _ in range(MOST_ITERATIONS):
             more, terminate, _, _, timed, time = getattr(self._fmu, name)()
             if terminate:
                 return True
             if not more:
-                self._next = float(time) if timed else math.inf
+                self._next_event_time = float(time) if timed else math.inf
                 self._fmu.enterContinuousTimeMode()
-                self._keep_signs()
+                self._store_signs()
                 return False
         raise CallFailedError(f"its discrete states do not settle in {MOST_ITERATIONS} iterations")
 
-    def _keep_signs(self) -> None:
+    def _store_signs(self) -> None:
         _call(self._z, self._fmu.getEventIndicators)
         self._signs = self._z.array > 0.0
 

@@ -1,4 +1,4 @@
-"""A first file beside an FMU, from what the FMU tells of itself."""
+"""Template of the TOML file of an FMU, from its model description."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -10,13 +10,13 @@ from slipbench.identification.mismatch.callables.fmu.unpacked import UnpackedFmu
 from slipbench.identification.mismatch.callables.fmu.variables import is_number, suited
 
 MOST = 6
-"""Variables of a kind that are listed."""
+"""Limit of the listed variables of each kind."""
 STEP, PERIOD = 0.001, 0.01
-"""Of an FMU that states no step, s."""
+"""Defaults where the FMU states no step, s."""
 
 
 def template(fmu: UnpackedFmu) -> str:
-    """Return the text, with half widths of 20 %, roles that are the FMU's names, and sizes of 1."""
+    """Return the TOML text with half widths of 20 %, roles equal to FMU names, and sizes of 1."""
     return "\n".join(_lines(fmu.description, fmu.path.name))
 
 
@@ -30,26 +30,26 @@ def _lines(description: Any, file: str) -> Iterator[str]:
         ("inputs", "input"),
         ("outputs", "output"),
     ):
-        there = suited(description, causality)
-        found = [element for element in there if element.variable.causality == causality]
+        candidates = suited(description, causality)
+        found = [element for element in candidates if element.variable.causality == causality]
         if section == "parameters":
-            found = [element for element in found if not _whole(description, element)]
+            found = [element for element in found if not _is_integer(description, element)]
         yield from _entries(section, found[:MOST])
         if len(found) > MOST:
             yield f"# and {len(found) - MOST} more {section}: {_names(found[MOST:])}"
-    if useless := [v for v in description.modelVariables if not is_number(description, v)]:
-        yield f"# left out, no numbers: {', '.join(f'{v.name} ({v.type})' for v in useless)}"
+    if non_numeric := [v for v in description.modelVariables if not is_number(description, v)]:
+        yield f"# left out, no numbers: {', '.join(f'{v.name} ({v.type})' for v in non_numeric)}"
 
 
 def _step(description: Any) -> float:
-    """Return the step that the FMU states, s."""
+    """Return the step that the FMU specifies, s."""
     solver, experiment = description.coSimulation, description.defaultExperiment
     own = getattr(solver, "fixedInternalStepSize", None) or getattr(experiment, "stepSize", None)
     return float(own or STEP)
 
 
-def _whole(description: Any, element: Element) -> bool:
-    """Whether a number is whole: such a parameter cannot be calibrated."""
+def _is_integer(description: Any, element: Element) -> bool:
+    """Return whether a number is of integer type: such a parameter cannot be calibrated."""
     kind = kind_of(str(description.fmiVersion), element.variable.type)
     return kind is not None and kind.whole
 
@@ -75,11 +75,11 @@ def _entries(section: str, found: Iterable[Element]) -> Iterator[str]:
 
 
 def _key(name: str, keys: set[str]) -> str:
-    """Return a name in the file that no other variable of its kind has."""
-    plain = "".join(c if c.isalnum() else "_" for c in name).rstrip("_")
-    key, number = plain, 1
+    """Return a unique name in the TOML file within its section."""
+    stem = "".join(c if c.isalnum() else "_" for c in name).rstrip("_")
+    key, number = stem, 1
     while key in keys:
         number += 1
-        key = f"{plain}_{number}"
+        key = f"{stem}_{number}"
     keys.add(key)
     return key

@@ -1,4 +1,4 @@
-"""An FMU unpacked into a folder of its own, its description read and its binary known to be there."""
+"""An FMU unpacked into a temporary folder, with its description and a binary for this platform."""
 
 import shutil
 import zipfile
@@ -17,7 +17,10 @@ INTERFACES = {"co_simulation": "coSimulation", "model_exchange": "modelExchange"
 
 @dataclass(frozen=True, eq=False)
 class UnpackedFmu:
-    """path: of the FMU. description: fmpy's ModelDescription. folder: removed with this object."""
+    """An unpacked FMU.
+
+    path: of the FMU. description: fmpy's ModelDescription. folder: removed with this object.
+    """
 
     path: Path
     description: Any
@@ -29,24 +32,24 @@ class UnpackedFmu:
         return str(self.description.fmiVersion)[:3]
 
     def interface(self, wanted: str) -> str:
-        """Return co_simulation or model_exchange. wanted: empty: whichever there is.
+        """Return co_simulation or model_exchange. wanted: requested interface; empty: any.
 
-        Raises InputError where the FMU has none of them, or has clocks that are ticked from outside.
+        Raises InputError where the FMU does not offer it, or has input clocks.
         """
-        there = [name for name, own in INTERFACES.items() if getattr(self.description, own)]
-        if not there or (wanted and wanted not in there):
+        offered = [name for name, key in INTERFACES.items() if getattr(self.description, key)]
+        if not offered or (wanted and wanted not in offered):
             raise InputError(
                 f"the FMU has no interface for {wanted.replace('_', '-') or 'simulation'}",
                 where=str(self.path),
-                found=", ".join(there) or _others(self.description),
+                found=", ".join(offered) or _unsupported_interfaces(self.description),
                 remedy="export it for co-simulation",
             )
-        chosen = wanted or there[0]
-        self._refuse_clocks()
+        chosen = wanted or offered[0]
+        self._reject_input_clocks()
         return chosen
 
-    def _refuse_clocks(self) -> None:
-        """Raise InputError where clocks have to be ticked from outside."""
+    def _reject_input_clocks(self) -> None:
+        """Raise InputError where the FMU has input clocks."""
         ticked = [
             v.name
             for v in self.description.modelVariables
@@ -62,7 +65,7 @@ class UnpackedFmu:
             )
 
 
-def _others(description: Any) -> str:
+def _unsupported_interfaces(description: Any) -> str:
     return (
         "scheduled execution alone, which needs a scheduler"
         if getattr(description, "scheduledExecution", None)
@@ -71,7 +74,7 @@ def _others(description: Any) -> str:
 
 
 def unpacked(path: Path) -> UnpackedFmu:
-    """Unpack an FMU. Raises InputError where it is none, or not for this platform."""
+    """Unpack an FMU. Raises InputError where it is invalid, or not for this platform."""
     fmpy = optional_library("fmpy")
     reading = optional_library("fmpy.model_description")
     try:
@@ -99,7 +102,7 @@ def unpacked(path: Path) -> UnpackedFmu:
             remedy="export it for this platform, or compile its sources with fmpy",
         )
     fmu = UnpackedFmu(path, description, Path(mkdtemp(prefix="slipbench-fmu-")))
-    # Not a TemporaryDirectory: that warns where nothing closes it before it is collected.
+    # Not a TemporaryDirectory: it warns where it is garbage-collected before it is closed.
     finalize(fmu, shutil.rmtree, fmu.folder, ignore_errors=True)
     fmpy.extract(str(path), str(fmu.folder))
     return fmu

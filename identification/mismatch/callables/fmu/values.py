@@ -1,4 +1,4 @@
-"""Variables of an FMU that are set or read together: one call for each type."""
+"""Variables of an FMU that are set or read together, with one call for each type."""
 
 import ctypes
 from collections.abc import Sequence
@@ -11,13 +11,13 @@ from slipbench.plant.signals import Floats
 
 
 class Group:
-    """Variables of one type, as FMI takes them. fixed while the library is loaded.
+    """Variables of one type, with the arrays for FMI; constant while the library is loaded.
 
-    variables: how many; count: of their numbers, since an array has several.
+    variables: number of variables; count: number of their elements, since an array has several.
     """
 
     def __init__(self, kind: Kind, ports: Sequence[tuple[int, Port]]) -> None:
-        """ports: with their places among all that are set or read together."""
+        """ports: with their indices among all ports that are set or read together."""
         starts = {port.reference: port.starts for _, port in ports}
         begins = dict(zip(starts, np.cumsum([0, *map(len, starts.values())]), strict=False))
         self.kind, self.name, self.variables = kind, kind.name, len(starts)
@@ -25,30 +25,30 @@ class Group:
         self.references = (ctypes.c_uint32 * self.variables)(*starts)
         self.values = (kind.stored * self.count)()
         self._array = np.ctypeslib.as_array(self.values)
-        self._array[:] = np.concatenate([np.array(told) for told in starts.values()])
-        self._outside = np.array([place for place, _ in ports])
-        self._inside = np.array([begins[port.reference] + port.index for _, port in ports])
+        self._array[:] = np.concatenate([np.array(numbers) for numbers in starts.values()])
+        self._port_indices = np.array([position for position, _ in ports])
+        self._element_indices = np.array([begins[port.reference] + port.index for _, port in ports])
 
     def put(self, values: Floats) -> None:
-        """Write numbers into the array; elements that no port names keep their start values.
+        """Write values into the array; elements without a port keep their start values.
 
-        values: of all that are set together.
+        values: of all ports that are set together.
         """
-        self._array[self._inside] = self.kind.fitting(values[self._outside])
+        self._array[self._element_indices] = self.kind.fitting(values[self._port_indices])
 
     def take(self, values: Floats) -> None:
-        """Write what the array holds into values, those of all that are read together."""
-        values[self._outside] = self._array[self._inside]
+        """Copy the array into values, those of all ports that are read together."""
+        values[self._port_indices] = self._array[self._element_indices]
 
 
 class Values:
-    """Variables that are set or read together. count: of all ports."""
+    """Variables that are set or read together. count: number of ports."""
 
     def __init__(self, ports: Sequence[Port], discrete: bool | None = None) -> None:
-        """ports: in the order of the values. discrete: those that are, or not, alone; None: all."""
+        """ports: in the order of the values. discrete: select ports by this property; None: all."""
         self.count = len(ports)
-        places: dict[Kind, list[tuple[int, Port]]] = {}
-        for place, port in enumerate(ports):
+        by_kind: dict[Kind, list[tuple[int, Port]]] = {}
+        for position, port in enumerate(ports):
             if discrete is None or port.discrete == discrete:
-                places.setdefault(port.kind, []).append((place, port))
-        self.groups = tuple(Group(kind, found) for kind, found in places.items())
+                by_kind.setdefault(port.kind, []).append((position, port))
+        self.groups = tuple(Group(kind, ports_of_kind) for kind, ports_of_kind in by_kind.items())

@@ -1,4 +1,4 @@
-"""Variables of an FMU that the file beside it names: found, of the right kind, units converted."""
+"""Variables of an FMU that its TOML file names, with validation and unit conversion."""
 
 import math
 from collections.abc import Callable
@@ -24,8 +24,9 @@ from slipbench.protocol.errors import InputError
 class Port:
     """A number of the FMU: value in the FMU = slope * value in the file's unit + offset.
 
-    low, high: of the FMU, in the file's unit. kind: its type. starts: of all numbers of its variable,
-    in the FMU's unit, and index: which of them it is. discrete: whether it changes at events alone.
+    low, high: bounds of the FMU, in the file's unit. kind: its type. starts: start values of all
+    elements of its variable, in the FMU's unit; index: its element. discrete: whether it changes at
+    events only.
     """
 
     name: str
@@ -47,16 +48,16 @@ class Port:
 
 @dataclass(frozen=True)
 class StatePort:
-    """A continuous state. index: its place among the states of the FMU."""
+    """A continuous state. index: its position among the states of the FMU."""
 
     port: Port
     index: int
 
 
 def state_port(description: Any, name: str, variable: str, unit: str, where: str) -> StatePort:
-    """Return a continuous state of an FMU, in the order of its derivatives. Raises InputError.
+    """Return a continuous state of an FMU. Raises InputError.
 
-    name: in the file; unit: of its values there.
+    name: in the TOML file; unit: of its values there.
     """
     states = list(
         names(
@@ -65,25 +66,27 @@ def state_port(description: Any, name: str, variable: str, unit: str, where: str
             if unknown.variable.derivative is not None
         )
     )
-    own = variable or name
-    if own not in states:
+    variable_name = variable or name
+    if variable_name not in states:
         raise InputError(
-            f"the FMU has no continuous state {own!r}",
+            f"the FMU has no continuous state {variable_name!r}",
             where=where,
             expected=", ".join(states) or "an FMU with continuous states",
-            remedy=nearest(own, states) if states else "",
+            remedy=nearest(variable_name, states) if states else "",
         )
-    return StatePort(port(description, name, own, unit, "output", where), states.index(own))
+    return StatePort(
+        port(description, name, variable_name, unit, "output", where), states.index(variable_name)
+    )
 
 
 def port(description: Any, name: str, variable: str, unit: str, suits: str, where: str) -> Port:
-    """Return a number of an FMU. suits: "parameter", "input" or "output".
+    """Return a number of an FMU. suits: required use, "parameter", "input" or "output".
 
-    name: in the file; variable: in the FMU, empty: the same; unit: of its values there. Raises
-    InputError.
+    name: in the TOML file; unit: of its values there; variable: name in the FMU, empty: the same.
+    Raises InputError.
     """
     known = {v.name: v for v in description.modelVariables}
-    element = _found(description, known, variable or name, suits, where)
+    element = _element(description, known, variable or name, suits, where)
     found = element.variable
     kind = _kind(description, element, where)
     if not SUITS[suits](found):
@@ -92,7 +95,7 @@ def port(description: Any, name: str, variable: str, unit: str, suits: str, wher
             where=where,
             expected=EXPECTED[suits],
             found=f"causality {found.causality}, variability {found.variability}",
-            remedy=_structural(found) or nearest(element.name, numbers(description, suits)),
+            remedy=_structural_remedy(found) or nearest(element.name, numbers(description, suits)),
         )
     slope, offset = conversion(description, found, unit, where)
     low, high = sorted(
@@ -132,13 +135,13 @@ EXPECTED = {
 
 
 def is_number(description: Any, variable: Any) -> bool:
-    """Whether a variable holds numbers that need no clock."""
+    """Return whether a variable is numeric and not clocked."""
     kind = kind_of(str(description.fmiVersion), variable.type)
     return kind is not None and not variable.clocks
 
 
 def suited(description: Any, suits: str) -> list[Element]:
-    """Return the numbers of an FMU that can be used as "parameter", "input" or "output"."""
+    """Return the elements of an FMU that can be used as "parameter", "input" or "output"."""
     return [
         element
         for variable in description.modelVariables
@@ -148,12 +151,12 @@ def suited(description: Any, suits: str) -> list[Element]:
 
 
 def numbers(description: Any, suits: str) -> list[str]:
-    """Return the names of what can be used; of all variables where nothing can."""
+    """Return the names of the usable elements; of all variables where there are none."""
     found = [element.name for element in suited(description, suits)]
     return found or [v.name for v in description.modelVariables]
 
 
-def _found(description: Any, known: dict[str, Any], name: str, suits: str, where: str) -> Element:
+def _element(description: Any, known: dict[str, Any], name: str, suits: str, where: str) -> Element:
     element = found_element(known, name)
     if element is not None:
         return element
@@ -175,7 +178,7 @@ def _found(description: Any, known: dict[str, Any], name: str, suits: str, where
 
 
 def _kind(description: Any, element: Element, where: str) -> Kind:
-    """Return the type of a number. Raises InputError where it is none, or needs a clock."""
+    """Return the type of an element. Raises InputError where it is not numeric, or clocked."""
     version, variable = str(description.fmiVersion), element.variable
     kind = kind_of(version, variable.type)
     if kind is None:
@@ -197,7 +200,7 @@ def _kind(description: Any, element: Element, where: str) -> Kind:
     return kind
 
 
-def _structural(variable: Any) -> str:
+def _structural_remedy(variable: Any) -> str:
     if variable.causality != "structuralParameter":
         return ""
     return "it changes the structure of the FMU; take a parameter that does not"

@@ -1,1 +1,1 @@
-"""What the equations of a model file may have left out: one page an effect, for any seam."""
+"""Effects that the equations of a model file may lack: one page per effect, for any seam."""

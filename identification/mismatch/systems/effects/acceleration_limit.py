@@ -1,7 +1,7 @@
-"""Acceleration limit: however large the error, a drive gains speed no faster than so.
+"""Acceleration limit: a drive has a largest acceleration, whatever the error.
 
-A current limit is a torque limit, and with a given inertia a limit of acceleration. It stands at the
-rate of a speed; a saturation of a torque inside the model bounds a part of it only.
+A current limit is a torque limit, and with a given inertia a limit of acceleration. It acts at the
+rate of a speed; a saturation of a torque in the model bounds only a part of it.
 
 Equation
 --------
@@ -36,7 +36,7 @@ from slipbench.plant.parameters import parameter
 
 
 def hold(value: float, limit: float) -> float:
-    """Return the acceleration that is reached."""
+    """Return the limited acceleration."""
     return min(max(value, -limit), limit)
 
 

@@ -1,7 +1,6 @@
-"""Asymmetry: one direction is stronger than the other.
+"""Asymmetry: positive and negative values have different gains.
 
-A spring helps to close, a rectifier leaks, gravity pulls down: positive and negative values act
-with different gains.
+Causes are a return spring, a leaking rectifier or gravity.
 
 Equation
 --------
@@ -32,7 +31,7 @@ from slipbench.plant.parameters import parameter
 
 
 def prefer(value: float, share: float) -> float:
-    """Return it with the gain of its sign."""
+    """Return the value times the gain of its sign."""
     return value * (1.0 + 0.5 * share) if value > 0.0 else value * (1.0 - 0.5 * share)
 
 

@@ -1,4 +1,4 @@
-"""Back-drive loss: a gear passes less when its load drives it.
+"""Back-drive loss: a gear transmits less force when its load drives it.
 
 A worm, a screw or a harmonic drive slides at an angle that helps in one direction of power and
 jams in the other. Where the load drives, a further share is lost; some gears lock.
@@ -10,8 +10,8 @@ Equation
 Symbols
 -------
     mu    share   of the force that is lost          1              0.05 to 2; 1: it locks (absent 0)
-    v_r   creep   speed within which it turns over   of the speed   0.01 of the usual one
-    v             speed that the seam tells
+    v_r   creep   speed within which it reverses     of the speed   0.01 of the usual one
+    v             speed of the seam (`along`)
 
 Trace
 -----
@@ -36,7 +36,7 @@ from slipbench.plant.parameters import parameter
 
 
 def lose(value: float, other: float, share: float, creep: float) -> float:
-    """Return the force that is left."""
+    """Return the remaining force."""
     driven = 1.0 if value * other < 0.0 else 0.0
     return value - driven * share * abs(value) * math.tanh(other / creep)
 

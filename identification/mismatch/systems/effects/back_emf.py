@@ -1,7 +1,6 @@
-"""Back EMF: a motor that turns is a generator, and works against its supply.
+"""Back EMF: the motion of a motor induces a voltage that opposes its supply.
 
-The voltage that drives current through the winding is what is left of the supply after the one that
-the motion induces.
+The voltage that drives current through the winding is the supply voltage less the induced one.
 
 Equation
 --------
@@ -20,8 +19,8 @@ shorted, not while it is open.
 
 Confused with
 -------------
-Viscous friction and linear loss: the same where the input acts in proportion; they are told apart
-by a saturation, a lag or a delay of the input, or by coasting with an open drive.
+Viscous friction and linear loss: the same where the input acts in proportion; they are
+distinguished by a saturation, a lag or a delay of the input, or by coasting with an open drive.
 
 Reference
 ---------
@@ -35,7 +34,7 @@ from slipbench.plant.parameters import parameter
 
 
 def induce(value: float, other: float, constant: float) -> float:
-    """Return the voltage that is left."""
+    """Return the remaining voltage."""
     return value - constant * other
 
 

@@ -1,7 +1,7 @@
-"""Bouc-Wen hysteresis: some of a quantity yields, and loops round between two branches.
+"""Bouc-Wen hysteresis: a share of a quantity yields along a hysteresis loop.
 
-Rubber, friction dampers and joints with many small contacts answer stiffly after each reversal and
-yield gradually towards a level.
+Rubber, friction dampers and joints with many small contacts are stiff after each reversal and yield
+gradually towards a level.
 
 Equation
 --------
@@ -38,7 +38,7 @@ from slipbench.plant.parameters import parameter
 def loop(
     value: float, memory: float, second: float, share: float, level: float
 ) -> tuple[float, float, float]:
-    """Return the quantity, and what is remembered: the quantity before and the part that yields."""
+    """Return the new quantity, and the memory: the old quantity and the part that yields."""
     change, z = value - memory, second
     if z * change < 0.0:
         elastic = math.copysign(min(abs(change), abs(z)), change)

@@ -1,7 +1,7 @@
-"""Braking loop: a position loop that slows down in time for its target.
+"""Braking loop: a position loop with a square-root law, which stops at its target.
 
-To stop within a distance with a limited deceleration, speed may be no more than the root of twice
-their product. Servos and flight controllers follow this law instead of a straight gain.
+To stop within a distance at a limited deceleration, the speed must not exceed the square root of
+twice their product. Servos and flight controllers follow this law instead of a straight gain.
 
 Equation
 --------
@@ -10,7 +10,7 @@ Equation
 Symbols
 -------
     A   deceleration   that the loop plans with   of the quantity over time squared   (absent infinite)
-    e                  what is left to go
+    e                  remaining distance
 
 Trace
 -----
@@ -18,8 +18,8 @@ Steps end as parabolas and take a time that grows with the root of their size; t
 
 Confused with
 -------------
-Rate limit (a straight ramp to the end), lag (an exponential, alike for all sizes): steps of several
-sizes.
+Rate limit (a straight ramp to the end), lag (an exponential, the same for all sizes): steps of
+several sizes.
 
 Reference
 ---------
@@ -36,11 +36,11 @@ from slipbench.plant.parameters import parameter
 def approach(
     value: float, memory: float, second: float, elapsed: float, step: float, deceleration: float
 ) -> tuple[float, float, float]:
-    """Return where it has come to, and what is remembered: that and the target.
+    """Return the position, and the memory: the position and the target.
 
-    The root of the distance falls in proportion to time: exact for a held target. A target that
-    moves does so half way through (Strang's splitting, second order). At the moment of a jump it
-    returns what gives the step its true mean by Simpson's rule, as a rate limit does.
+    The root of the distance falls in proportion to time: exact for a held target. A moving target
+    moves in the middle of the step (Strang splitting, second order). At the instant of a jump the
+    returned value gives the step its true mean by Simpson's rule, as in a rate limit.
     """
     pace = math.sqrt(0.5 * min(deceleration, 1e300))
     if elapsed == 0.0:

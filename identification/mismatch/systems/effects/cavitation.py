@@ -1,7 +1,7 @@
-"""Cavitation: a liquid can be pushed, but pulled only so far.
+"""Cavitation: negative values of a quantity have a limit.
 
-Below its vapour pressure a liquid tears: suction has a floor. A rope, a tyre on the road and a
-one-way clutch pull or push to one side only.
+Below its vapour pressure a liquid cavitates: suction is limited. A rope, a tyre on the road and a
+one-way clutch transmit force in one direction only.
 
 Equation
 --------
@@ -34,7 +34,7 @@ from slipbench.plant.parameters import parameter
 
 
 def tear(value: float, limit: float) -> float:
-    """Return what can be pulled."""
+    """Return the value, limited from below."""
     return max(value, -limit)
 
 

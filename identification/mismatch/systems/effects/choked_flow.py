@@ -1,7 +1,7 @@
-"""Choked flow: forwards a quantity has a ceiling, backwards it has none.
+"""Choked flow: positive values of a quantity have a limit, negative values have none.
 
-Gas that leaves a restriction at the speed of sound flows no faster, however low the pressure behind
-it; a one-sided valve or a pump at its end is full.
+Gas that leaves a restriction at the speed of sound flows no faster, however low the pressure
+downstream; a one-sided valve or a pump at its limit saturates.
 
 Equation
 --------
@@ -34,7 +34,7 @@ from slipbench.plant.parameters import parameter
 
 
 def choke(value: float, limit: float) -> float:
-    """Return what passes."""
+    """Return the value, limited from above."""
     return min(value, limit)
 
 

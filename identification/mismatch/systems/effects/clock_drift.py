@@ -1,6 +1,6 @@
 """Clock drift: the clock of a channel runs fast or slow.
 
-Quartz is cut to some millionths, cheap oscillators to a share of a thousandth; after minutes that
+Quartz is accurate to some 1e-6, cheap oscillators to a fraction of 1e-3; after minutes the error
 is milliseconds.
 
 Equation
@@ -45,5 +45,5 @@ class ClockDrift(SeamEffect):
     rate: float = parameter(1e-3, "1", -0.1, 0.1, "by which it gains", absent=0.0, smallest=1e-4)
 
     def late(self, time: Floats) -> Floats:
-        """Return what it has gained since the middle."""
+        """Return the time gained since the middle of the recording, s, (n,)."""
         return np.asarray(self.rate * (time - 0.5 * (time[0] + time[-1])))

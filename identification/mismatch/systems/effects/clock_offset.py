@@ -1,7 +1,6 @@
 """Clock offset: the clock of a channel was set wrong.
 
-Two loggers were switched on by hand. Each counts on its own; one is ahead by a time that nobody
-wrote down.
+Two loggers were started by hand and have independent clocks; one is ahead by an unknown time.
 
 Equation
 --------
@@ -47,5 +46,5 @@ class ClockOffset(SeamEffect):
     )
 
     def late(self, time: Floats) -> Floats:
-        """Return the offset."""
+        """Return the offset, s, (n,)."""
         return np.full(time.shape, self.offset)

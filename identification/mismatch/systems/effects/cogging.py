@@ -1,7 +1,7 @@
-"""Cogging: a torque that comes back at the same angles of every turn.
+"""Cogging: a torque that is periodic in the angle of rotation.
 
-Magnets pull to the teeth of the iron, drive or not; gears, belts and rollers press harder once a
-tooth. The order is the number of periods in a turn.
+Magnets attract the teeth of the iron, also without current; gears, belts and rollers press harder
+once per tooth. The order is the number of periods in a turn.
 
 Equation
 --------
@@ -37,7 +37,7 @@ from slipbench.plant.parameters import parameter
 
 
 def cog(value: float, other: float, amplitude: float, order: float, phase: float) -> float:
-    """Return the force with what comes back every period."""
+    """Return the force plus the periodic force."""
     return value + amplitude * math.sin(order * other + phase)
 
 

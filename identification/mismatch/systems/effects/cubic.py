@@ -1,4 +1,4 @@
-"""Hardening: stiffness grows with the deflection, to either side alike.
+"""Hardening: stiffness grows with the deflection, equally in both directions.
 
 A spring at large deflection stretches as well as it bends; rubber hardens; a pendulum softens.
 
@@ -31,7 +31,7 @@ from slipbench.plant.parameters import parameter
 
 
 def harden(value: float, cube: float) -> float:
-    """Return it with its cube."""
+    """Return the value plus its cubic term."""
     return value + cube * value * value * value
 
 

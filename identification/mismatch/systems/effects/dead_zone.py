@@ -1,4 +1,4 @@
-"""Dead zone: a quantity has to pass a threshold before anything happens.
+"""Dead zone: values below a threshold have no effect.
 
 A valve overlaps its port, a coupling has free play, an amplifier has a bias: small values are lost,
 and larger ones are smaller by the threshold.
@@ -33,7 +33,7 @@ from slipbench.plant.parameters import parameter
 
 
 def pass_above(value: float, width: float) -> float:
-    """Return what passes."""
+    """Return the value less the threshold; 0 within it."""
     return value - min(max(value, -width), width)
 
 

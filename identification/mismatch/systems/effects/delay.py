@@ -1,6 +1,6 @@
-"""Delay: the same, later.
+"""Delay: a quantity acts after a dead time.
 
-A bus, a processor, a pipe: what comes out is what went in some time ago.
+A bus, a processor or a pipe outputs its input after some time.
 
 Equation
 --------
@@ -30,7 +30,7 @@ from slipbench.plant.parameters import parameter
 
 
 def wait(value: float, past: float) -> float:
-    """Return what it was."""
+    """Return the past value."""
     return past
 
 

@@ -1,6 +1,6 @@
-"""Direction blind: a counter counts, whichever way it turns.
+"""Direction blind: a sensor measures speed without its sign.
 
-A single row of pulses tells how fast, not which way. Turning back reads as turning on.
+A single pulse track gives the speed, not the direction.
 
 Equation
 --------
@@ -31,7 +31,7 @@ from slipbench.plant.parameters import parameter
 
 
 def without_sign(value: float, share: float) -> float:
-    """Return the size, as far as the sensor is blind."""
+    """Return the value, of which a share is replaced by its magnitude."""
     return value + share * (abs(value) - value)
 
 

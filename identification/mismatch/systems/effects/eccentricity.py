@@ -1,4 +1,4 @@
-"""Eccentricity: a scale that turns off its centre reads too much on one side of the turn.
+"""Eccentricity: a scale that rotates off its centre has an error once per turn.
 
 An encoder disc, a potentiometer or a magnet beside the axis adds a sine of one turn to the angle, or
 to whatever else is read from it.
@@ -34,7 +34,7 @@ from slipbench.plant.parameters import parameter
 
 
 def read(value: float, other: float, amplitude: float, phase: float) -> float:
-    """Return what is read."""
+    """Return the reading."""
     return value + amplitude * math.sin(other + phase)
 
 

@@ -1,7 +1,7 @@
-"""Backlash with compliance: part of the inertia hangs on a spring behind a gap.
+"""Backlash with compliance: part of the inertia is coupled by a spring behind a gap.
 
-A gear train or a coupling first crosses its play, then winds up. Within the gap the driven part is
-alone; beyond it, both swing.
+A gear train or a coupling first crosses its play, then winds up. Within the gap the driven part
+moves alone; beyond it both oscillate.
 
 Equation
 --------
@@ -23,7 +23,7 @@ a higher frequency than small.
 
 Confused with
 -------------
-Elastic load (rings alike at any amplitude), hysteresis (no ringing), dead zone: sweeps at two
+Elastic load (rings equally at any amplitude), hysteresis (no ringing), dead zone: sweeps at two
 amplitudes.
 
 Reference

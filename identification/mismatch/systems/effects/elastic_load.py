@@ -1,7 +1,7 @@
-"""Elastic load: part of the inertia hangs on a spring.
+"""Elastic load: part of the inertia is coupled by a spring.
 
-What looked like one body is two. The part that is driven moves at once; the rest follows through a
-spring and pulls back. At its own frequency it holds the driven part still.
+The body consists of two parts. The driven part moves at once; the other follows through a spring
+and reacts on it. At the antiresonance the driven part stands still.
 
 Equation
 --------

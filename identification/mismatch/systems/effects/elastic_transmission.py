@@ -1,7 +1,6 @@
-"""Elastic transmission: what is passed on swings about what was passed in.
+"""Elastic transmission: a quantity is transmitted through a resonance.
 
-A belt, a shaft, a hose between cause and effect is a spring with a mass behind it: it follows,
-late, and rings.
+A belt, a shaft or a hose is a spring with a mass behind it: the output lags and rings.
 
 Equation
 --------
@@ -35,7 +34,7 @@ from slipbench.plant.parameters import parameter
 def swing(
     value: float, position: float, velocity: float, share: float, frequency: float, damping: float
 ) -> tuple[float, float, float]:
-    """Return what is passed on, and the rates of position and velocity."""
+    """Return the transmitted quantity, and the rates of position and velocity."""
     push = frequency * (frequency * (value - position) - 2.0 * damping * velocity)
     return value + share * (position - value), velocity, push
 

@@ -1,22 +1,22 @@
-"""Friction: a force that always opposes the motion and does not care how fast it is.
+"""Friction: a force that opposes the motion and does not depend on its speed.
 
-Bearings, seals and brushes rub. At rest they hold a little more than in motion, and whatever is less
-than that does not move them: they stick.
+Bearings, seals and brushes rub. Static friction is a little larger than sliding friction, and a
+smaller force does not move them: they stick.
 
 Equation
 --------
     a -= min(max(a + v / h, -G), G),   G = F (1 + b exp(-(v / v_s)^2))    at the rate of the speed
     f -= G tanh(10 v / v_s)                                               elsewhere
 
-The first takes what would stop the motion within a step h, at most G: at rest nothing moves. At a seam the
-other forces are not known, so motion below v_s / 10 creeps there.
+The first is the force that stops the motion within a step h, at most G: it sticks at rest. At a
+seam the other forces are not known, so motion below v_s / 10 creeps there.
 
 Symbols
 -------
     F     force       of dry friction             of the seam    0.02 to 0.5 of it (absent 0)
     b     breakaway   excess at rest              1              0 to 1
-    v_s   stribeck    speed at which it is gone   of the speed   0.05 of the usual one
-    v                 speed that the seam tells
+    v_s   stribeck    speed of its decay          of the speed   0.05 of the usual one
+    v                 speed of the seam (`along`)
     a                 acceleration
     h                 step of integration
 
@@ -52,7 +52,7 @@ def rub(
     breakaway: float,
     stribeck: float,
 ) -> float:
-    """Return the force that is left."""
+    """Return the remaining force."""
     x = other / stribeck
     most = force * (1.0 + breakaway * math.exp(-x * x))
     if rate_of == other:

@@ -1,7 +1,6 @@
-"""Friction by direction: moving one way rubs more than moving the other.
+"""Friction by direction: friction differs between the two directions of motion.
 
-A lip seal, a brush at an angle, a preloaded guide. It acts only in motion: at rest nothing is left
-of it.
+A lip seal, a brush at an angle, a preloaded guide. It acts only in motion: at rest it is zero.
 
 Equation
 --------
@@ -11,7 +10,7 @@ Symbols
 -------
     D     difference   half of the force up less that down   of the seam    0.02 to 0.5 of it (absent 0)
     v_r   creep        speed within which it is reached      of the speed   0.01 of the usual one
-    v                  speed that the seam tells
+    v                  speed of the seam (`along`)
 
 Trace
 -----
@@ -36,7 +35,7 @@ from slipbench.plant.parameters import parameter
 
 
 def rub(value: float, other: float, difference: float, creep: float) -> float:
-    """Return the force that is left."""
+    """Return the remaining force."""
     return value - difference * abs(math.tanh(other / creep))
 
 

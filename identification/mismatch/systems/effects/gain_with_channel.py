@@ -1,6 +1,6 @@
-"""Gain with a channel: how much passes depends on another quantity that was recorded.
+"""Gain with a channel: the gain depends on another recorded quantity.
 
-A supply voltage sags, a fluid warms, a lever turns: the gain goes with something else.
+A supply voltage sags, a fluid warms, a lever turns: the gain varies with another quantity.
 
 Equation
 --------
@@ -17,7 +17,7 @@ What is left over, divided by the quantity, follows the other one along a line.
 
 Confused with
 -------------
-A gain with the size of the other quantity (alike for both signs of it).
+A gain with the size of the other quantity (the same for both signs of it).
 
 Reference
 ---------
@@ -31,7 +31,7 @@ from slipbench.plant.parameters import parameter
 
 
 def follow(value: float, other: float, slope: float) -> float:
-    """Return it with the gain of this moment."""
+    """Return the value times the present gain."""
     return value * (1.0 + slope * other)
 
 

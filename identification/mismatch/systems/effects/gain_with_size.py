@@ -1,6 +1,6 @@
-"""Gain with the size of a channel: both signs of another quantity act alike.
+"""Gain with the size of a channel: it depends on the square of another quantity.
 
-What depends on a deflection, and not on its direction, goes with its square at first.
+A dependence on a deflection without its direction is quadratic to lowest order.
 
 Equation
 --------
@@ -17,7 +17,7 @@ What is left over, divided by the quantity, follows the square of the other one.
 
 Confused with
 -------------
-A gain along a line (the signs differ), a gain with a tilt (bends less).
+A linear gain (the signs differ), a gain with a tilt (less curvature).
 
 Reference
 ---------
@@ -31,7 +31,7 @@ from slipbench.plant.parameters import parameter
 
 
 def follow(value: float, other: float, square: float) -> float:
-    """Return it with the gain of this moment."""
+    """Return the value times the present gain."""
     return value * (1.0 + square * other * other)
 
 

@@ -1,7 +1,7 @@
-"""Gain with a tilt: what rolls on its shoulder rolls on a smaller circle.
+"""Gain with a tilt: the effective rolling radius shrinks with the tilt angle.
 
-A tyre that is round across, a cam, a swash plate: the effective radius goes with the cosine of an
-angle.
+Of a tyre with a round section, a cam or a swash plate the effective radius varies with the cosine
+of an angle.
 
 Equation
 --------
@@ -19,7 +19,7 @@ side alike.
 
 Confused with
 -------------
-A gain with the square (bends more at large angles), slip (goes with force).
+A gain with the square (more curvature at large angles), slip (depends on force).
 
 Reference
 ---------
@@ -34,7 +34,7 @@ from slipbench.plant.parameters import parameter
 
 
 def roll(value: float, other: float, crown: float) -> float:
-    """Return it on its circle of this moment."""
+    """Return the value for the present radius."""
     return value * (1.0 - crown * (1.0 - math.cos(other)))
 
 

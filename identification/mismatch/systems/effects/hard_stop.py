@@ -1,4 +1,4 @@
-"""Hard stop: beyond a place there is no way on.
+"""Hard stop: the travel of a position is limited.
 
 A throttle plate, a cylinder, a steering rack meets its end and bounces. The stop pushes and never
 pulls; it is as stiff as the step of the simulation allows.
@@ -9,7 +9,7 @@ Equation
 
 Symbols
 -------
-    L   limit     where the stop stands, to both sides   of the position   0.5 to 1.2 of the usual one (absent infinite)
+    L   limit     position of both stops                of the position   0.5 to 1.2 of the usual one (absent infinite)
     z   damping   of the contact, over critical          1                 0.05 to 1
     x             position: the state whose rate is the speed
     v             the speed
@@ -38,7 +38,7 @@ from slipbench.plant.parameters import parameter
 def bounce(
     value: float, other: float, rate_of: float, step: float, limit: float, damping: float
 ) -> float:
-    """Return the acceleration with that of the stop."""
+    """Return the acceleration plus that of the contact."""
     deep = abs(other) - limit
     if deep <= 0.0:
         return value

@@ -1,10 +1,10 @@
-"""Held samples: a channel is told more often than it is measured.
+"""Held samples: a channel is transmitted more often than it is measured.
 
 A gateway repeats the last value until a new one comes; a slow sensor sits on a fast bus.
 
 Equation
 --------
-    y(t) = y(t_k),   t_k the last time at which (t + p T / 2 pi) / T was whole
+    y(t) = y(t_k),   t_k the last time at which (t + p T / 2 pi) / T was an integer
 
 Symbols
 -------
@@ -17,7 +17,7 @@ The channel goes in stairs of one length; on average it is late by half of it.
 
 Confused with
 -------------
-Sensor delay (no stairs), lag (rounds corners): look at the values of neighbours.
+Sensor delay (no stairs), lag (rounds corners): compare the values of neighbouring samples.
 
 Reference
 ---------
@@ -50,7 +50,7 @@ class HeldSamples(SeamEffect):
     phase: float = parameter(0.0, "rad", -math.pi, math.pi, "of the measurements")
 
     def late(self, time: Floats) -> Floats:
-        """Return the age of what is told at these times, s."""
+        """Return the age of the held sample at these times, s, (n,)."""
         if self.hold <= 0.0:
             return np.zeros(time.shape)
         return np.asarray(np.mod(time + self.phase / (2.0 * math.pi) * self.hold, self.hold))

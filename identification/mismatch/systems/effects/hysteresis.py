@@ -1,7 +1,7 @@
-"""Hysteresis: play between what moves and what is moved.
+"""Hysteresis: play between input and output.
 
-A gear with clearance, a ratchet, magnetised iron: on the way back nothing happens until the play
-has been crossed.
+A gear with clearance, a ratchet, magnetised iron: after a reversal the output rests until the
+play has been crossed.
 
 Equation
 --------
@@ -10,7 +10,7 @@ Equation
 Symbols
 -------
     w   play   half of the clearance   of the quantity   0.02 to 1 of it (absent 0)
-    p          what is passed on
+    p          transmitted quantity
 
 Trace
 -----
@@ -32,7 +32,7 @@ from slipbench.plant.parameters import parameter
 
 
 def follow(value: float, memory: float, play: float) -> tuple[float, float]:
-    """Return what is passed on, twice: it is what is remembered."""
+    """Return the transmitted quantity twice: it is also the memory."""
     new = min(max(memory, value - play), value + play)
     return new, new
 

@@ -1,4 +1,4 @@
-"""Jerk limit: acceleration is not changed at once.
+"""Jerk limit: acceleration changes at a limited rate.
 
 A motion controller ramps its acceleration to spare gears and passengers; a current loop needs time
 to turn the current over.

@@ -1,6 +1,6 @@
-"""Lag: a quantity takes its time.
+"""Lag: a quantity follows its command with a first-order time constant.
 
-A winding builds up current, a filter smooths, a mass warms: what acts trails what was asked.
+A winding builds up current, a filter smooths, a mass warms: the output follows the input late.
 
 Equation
 --------
@@ -9,7 +9,7 @@ Equation
 Symbols
 -------
     tau   time_constant   s   0.3 to 30 periods of the recording (absent 0)
-    s                     what acts
+    s                     output of the lag
 
 Trace
 -----
@@ -32,7 +32,7 @@ from slipbench.plant.parameters import parameter
 
 
 def trail(value: float, trailing: float, time_constant: float, step: float) -> tuple[float, float]:
-    """Return what acts, and the rate of what trails; short lags are followed to first order."""
+    """Return the lagged value and the rate of the state; lags below a step to first order."""
     pace = max(time_constant, step)
     behind = value - trailing
     return value - behind * (time_constant / pace), behind / pace

@@ -18,8 +18,8 @@ What is left over follows the other quantity along a line, whatever the quantity
 
 Confused with
 -------------
-Gain with a channel (goes with the product of both): a stretch in which the quantity itself is small.
-Offset where the other quantity hardly changes.
+Gain with a channel (goes with the product of both): a segment in which the quantity itself is
+small. Offset where the other quantity hardly changes.
 
 Reference
 ---------
@@ -34,7 +34,7 @@ from slipbench.plant.parameters import parameter
 
 
 def add(value: float, other: float, share: float) -> float:
-    """Return the quantity with what leaks into it."""
+    """Return the quantity plus a share of the other."""
     return value + share * other
 
 

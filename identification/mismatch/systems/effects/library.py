@@ -1,4 +1,4 @@
-"""Every effect for model files; a new one is one file beside this and one line in it."""
+"""Every effect for model files; a new effect is one file in this folder and one line here."""
 
 from importlib import import_module
 
@@ -59,7 +59,7 @@ NAMES = (
     "clock_offset",
     "clock_drift",
 )
-"""Each names a file here. Of effects at one seam the earlier acts first."""
+"""Names of the files in this folder. At one seam, effects act in this order."""
 
 
 def _effect(name: str) -> type[SeamEffect]:

@@ -1,7 +1,7 @@
-"""Linear loss: a store loses, beside what the model lets out, in proportion to what it holds.
+"""Linear loss: a store has an additional loss in proportion to its content.
 
-Seals seep, charges creep away, pipes rub: slow flow is in proportion to what drives it, fast flow
-to its root. A model that knows one of the two overstates the loss at one end of the range and
+Seals seep, charges creep away, pipes rub: slow flow is in proportion to its pressure, fast flow to
+its square root. A model that knows one of the two overstates the loss at one end of the range and
 understates it at the other; the rate is negative where the model's own law takes too much from a
 full store.
 
@@ -21,7 +21,7 @@ The time constant is another one when full than when empty; at rest the level is
 Confused with
 -------------
 Overflow (only above an edge), a scale of what comes in (the time constant stays), a quadratic at
-the sensor of the store (bends what is told, not how fast it goes).
+the sensor of the store (changes the reading, not the rate).
 
 Reference
 ---------
@@ -35,7 +35,7 @@ from slipbench.plant.parameters import parameter
 
 
 def lose(value: float, rate_of: float, rate: float) -> float:
-    """Return the rate of change that is left."""
+    """Return the remaining rate of change."""
     return value - rate * rate_of
 
 

@@ -1,4 +1,4 @@
-"""Load-dependent friction: teeth that are pressed harder rub harder.
+"""Load-dependent friction: friction in proportion to the transmitted force.
 
 In a gear, a screw or a loaded bearing the normal force grows with what is transmitted, and friction
 with it. A share of every force is lost, whichever way it acts.
@@ -10,8 +10,8 @@ Equation
 Symbols
 -------
     mu    share   of the transmitted force that rubs   1              0.03 to 0.6 (absent 0)
-    v_r   creep   speed within which it turns over     of the speed   0.01 of the usual one
-    v             speed that the seam tells
+    v_r   creep   speed within which it reverses       of the speed   0.01 of the usual one
+    v             speed of the seam (`along`)
 
 Trace
 -----
@@ -21,7 +21,7 @@ lowering gives back 1 / (1 + mu) of it.
 Confused with
 -------------
 Friction (the same without load): runs with small and with large load. Back-drive loss (only where
-the load drives): lifting as well as lowering. Scale: alike for both directions of motion.
+the load drives): lifting as well as lowering. Scale: the same for both directions of motion.
 
 Reference
 ---------
@@ -37,7 +37,7 @@ from slipbench.plant.parameters import parameter
 
 
 def rub(value: float, other: float, share: float, creep: float) -> float:
-    """Return the force that is left."""
+    """Return the remaining force."""
     return value - share * abs(value) * math.tanh(other / creep)
 
 

@@ -1,7 +1,7 @@
 """Low-speed dropout: a pulse sensor gives no reading while the pulses come too slowly.
 
 The voltage of a passive sensor goes with speed and falls below its threshold; a counter that waits for
-the next tooth gives up and shows zero while the wheel creeps on.
+the next tooth gives up and reads zero while the wheel creeps on.
 
 Equation
 --------
@@ -9,7 +9,7 @@ Equation
 
 Symbols
 -------
-    w   threshold   speed below which nothing is told   of the quantity   0.02 to 0.5 of it (absent 0)
+    w   threshold   speed below which it reads 0   of the quantity   0.02 to 0.5 of it (absent 0)
 
 Trace
 -----
@@ -33,11 +33,11 @@ from slipbench.plant.parameters import parameter
 
 
 def tell(value: float, threshold: float) -> float:
-    """Return what is told."""
+    """Return the reading."""
     if abs(value) >= 1e3 * threshold:
         return value
     r = (value / threshold) ** 8
-    return value * (r / (1.0 + r))  # so rounded, it is never more than the value
+    return value * (r / (1.0 + r))  # in this order, rounding never makes it exceed the value
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""Many plays: a hysteresis without one width, as of magnets and piezos.
+"""Many plays: a hysteresis of several widths, as in magnets and piezos.
 
-Each domain turns over at a level of its own. Several plays of growing width side by side make loops
+Each domain switches at its own level. Several plays of growing width side by side make loops
 within loops: the model of Prandtl and Ishlinskii, a special case of Preisach's.
 
 Equation
@@ -10,7 +10,7 @@ Equation
 Symbols
 -------
     w     width   half of the widest play   of the quantity   0.05 to 1 of it (absent 0)
-    p_i           what each passes on
+    p_i           output of each play
 
 Trace
 -----
@@ -36,7 +36,7 @@ from slipbench.plant.parameters import parameter
 def follow(
     value: float, memory: float, second: float, third: float, fourth: float, width: float
 ) -> tuple[float, float, float, float, float]:
-    """Return the mean of the plays, and each of them."""
+    """Return the mean of the plays, and the output of each."""
     a = min(max(memory, value - 0.25 * width), value + 0.25 * width)
     b = min(max(second, value - 0.5 * width), value + 0.5 * width)
     c = min(max(third, value - 0.75 * width), value + 0.75 * width)

@@ -1,4 +1,4 @@
-"""Moving average: a channel is the mean of what was measured within a window.
+"""Moving average: a channel is the mean of the measured quantity over a window.
 
 Optical speed sensors, GNSS receivers and counters of pulses average over a fixed time; a logger that
 decimates does the same.
@@ -35,7 +35,7 @@ from slipbench.plant.parameters import parameter
 def average(
     value: float, past: float, mean: float, window: float, step: float
 ) -> tuple[float, float]:
-    """Return the mean and its rate; within one step the quantity goes along a line."""
+    """Return the mean and its rate; within one step the quantity is linear."""
     if window < step:
         return value - 0.5 * (value - past), (value - mean) / step
     return mean, (value - past) / window

@@ -1,6 +1,6 @@
 """Offset: a channel does not read zero at zero.
 
-A bridge is out of balance, a level is measured from elsewhere, something pulls all the time.
+A bridge is out of balance, a level has another reference, a constant force acts.
 
 Equation
 --------
@@ -16,7 +16,7 @@ A constant, whatever happens.
 
 Confused with
 -------------
-Asymmetry (grows with the amplitude), a slow unknown push.
+Asymmetry (grows with the amplitude), a slow unknown disturbance.
 
 Reference
 ---------
@@ -30,7 +30,7 @@ from slipbench.plant.parameters import parameter
 
 
 def shift(value: float, amount: float) -> float:
-    """Return it with the constant."""
+    """Return the value plus the constant."""
     return value + amount
 
 

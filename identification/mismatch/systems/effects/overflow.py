@@ -1,7 +1,7 @@
-"""Overflow: what does not fit runs over.
+"""Overflow: a store loses its inflow above a level.
 
-A tank is full, a store is limited. What comes in beyond that leaves over the edge; some of it may
-fall into what stands below.
+A tank is full, a store is limited. Inflow beyond that leaves over the edge; some of it may enter
+another store below.
 
 Equation
 --------
@@ -10,7 +10,7 @@ Equation
 Symbols
 -------
     L   level   at which it is full   of the state   0.7 to 1.2 of its magnitude (absent infinite)
-    s   share   of what runs over that the other state gains   1   0 to 1
+    s   share   of the overflow that the other state gains     1   0 to 1
     x           the state
 
 Trace
@@ -19,7 +19,7 @@ The state stays at its level while it is filled; what stands below fills at once
 
 Confused with
 -------------
-Saturation of the sensor (the state goes on behind it): how long it takes to come down.
+Saturation of the sensor (the state rises further): the time that it takes to fall.
 
 Reference
 ---------
@@ -37,7 +37,7 @@ from slipbench.plant.parameters import parameter
 def spill(
     value: float, rate_of: float, level: float, share: float, step: float
 ) -> tuple[float, float]:
-    """Return the rate that is left, and what the other state gains."""
+    """Return the remaining rate, and the rate that the other state gains."""
     over = max(rate_of - level, 0.0) / (4.0 * step)
     return value - over, share * over
 

@@ -1,7 +1,7 @@
-"""Presliding friction: before a contact slides it gives way like a spring.
+"""Presliding friction: before a contact slides it is elastic.
 
-Asperities bend. After each reversal the force does not jump: it turns over within a short way, and
-within that way the joint is elastic.
+Asperities deform. After each reversal the force does not jump: it reverses over a short distance,
+within which the joint is elastic.
 
 Equation
 --------
@@ -11,7 +11,7 @@ Symbols
 -------
     F   force      of dry friction                  of the seam        0.02 to 0.5 of it (absent 0)
     s   distance   within which the force is reached   of the distance   0.1 to 10 usual speeds times periods
-    v              speed that the seam tells
+    v              speed of the seam (`along`)
     z              deflection of the contact
 
 Trace
@@ -21,7 +21,7 @@ at any speed.
 
 Confused with
 -------------
-Friction (turns over at once, with speed) where the distance is below one sample's way; hysteresis
+Friction (reverses at once, with speed) where the distance is below that of one sample; hysteresis
 (of the quantity itself): reversals of small amplitude.
 
 Reference

@@ -1,6 +1,6 @@
 """Square: the gain changes in proportion to the quantity itself.
 
-Drag, valves, off-centre springs: a square is the first thing that a straight line leaves out.
+Drag, valves, off-centre springs: the quadratic term is the first one that a linear model lacks.
 
 Equation
 --------
@@ -31,7 +31,7 @@ from slipbench.plant.parameters import parameter
 
 
 def square(value: float, square: float) -> float:
-    """Return it with its square."""
+    """Return the value plus its quadratic term."""
     return value + square * value * value
 
 

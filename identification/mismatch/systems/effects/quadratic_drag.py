@@ -1,7 +1,7 @@
 """Quadratic drag: a force that opposes the motion and grows with the square of its speed.
 
-Air, water and churned oil are pushed aside: twice the speed, twice the mass each second, and each
-part of it twice as fast.
+Air, water and churned oil are displaced: at twice the speed twice the mass per second is
+accelerated to twice the speed.
 
 Equation
 --------
@@ -10,7 +10,7 @@ Equation
 Symbols
 -------
     c   coefficient   force over speed squared   0.02 to 1 of the usual ones (absent 0)
-    v                 speed that the seam tells
+    v                 speed of the seam (`along`)
 
 Trace
 -----
@@ -33,7 +33,7 @@ from slipbench.plant.parameters import parameter
 
 
 def drag(value: float, other: float, coefficient: float) -> float:
-    """Return the force that is left."""
+    """Return the remaining force."""
     return value - coefficient * other * abs(other)
 
 

@@ -1,6 +1,6 @@
-"""Rate limit: a quantity cannot change faster than so.
+"""Rate limit: a quantity has a largest rate of change.
 
-A motor turns no faster, an amplifier slews, a controller ramps.
+Causes are the top speed of a motor, the slew rate of an amplifier or the ramp of a controller.
 
 Equation
 --------
@@ -39,11 +39,12 @@ def ramp(
     limit: float,
     period: float,
 ) -> tuple[float, float, float]:
-    """Return what it has become, and what is remembered: that and the value that it follows.
+    """Return the limited value, and the memory: that and the value that it follows.
 
-    Exact for a value that moves along a line from `second`: where the two meet within a step, it
-    follows from there on. At the moment of a jump it returns what gives the step its true mean by
-    Simpson's rule: a ramp that is shorter than the step would otherwise act a sixth of a step late.
+    Exact for a value that moves linearly from `second`: where the two meet within a step, the
+    output follows it from there on. At the instant of a jump the returned value gives the step its
+    true mean by Simpson's rule: a ramp shorter than the step would otherwise act a sixth of a step
+    late.
     """
     rate = min(limit, 1e290) / period
     if elapsed == 0.0:

@@ -1,4 +1,4 @@
-"""Reversed sign: a channel counts the other way round.
+"""Reversed sign: a channel has the opposite sign.
 
 A sensor was mounted backwards, or its description has the wrong sign.
 
@@ -30,7 +30,7 @@ from slipbench.plant.parameters import parameter
 
 
 def reverse(value: float, share: float) -> float:
-    """Return it the other way round."""
+    """Return the value with the sign reversed."""
     return value * (1.0 - 2.0 * share)
 
 

@@ -1,4 +1,4 @@
-"""Saturation: a quantity cannot become larger than a limit.
+"""Saturation: the magnitude of a quantity is limited.
 
 An amplifier runs out of voltage, a valve is fully open, a sensor is at the end of its range.
 
@@ -17,7 +17,7 @@ Tops are cut off; the gain falls with the amplitude.
 
 Confused with
 -------------
-A softening cubic (no corner), overflow (what is lost is a flow): amplitudes about the limit.
+A softening cubic (no corner), overflow (the loss is a flow): amplitudes about the limit.
 
 Reference
 ---------
@@ -32,7 +32,7 @@ from slipbench.plant.parameters import parameter
 
 
 def limited(value: float, limit: float) -> float:
-    """Return what is left of it."""
+    """Return the limited value."""
     return min(max(value, -limit), limit)
 
 

@@ -1,4 +1,4 @@
-"""Scale: a channel reads too much everywhere by the same share.
+"""Scale: a channel has a wrong gain.
 
 A calibration is old, a tyre has another size, a gain is not what the data sheet says.
 
@@ -16,7 +16,7 @@ What is left over looks like the channel itself.
 
 Confused with
 -------------
-A gain of the system, which moves in the re-calibration and hides it where it is not well known.
+A gain of the system: re-calibration adjusts it, which hides the effect where it is not well known.
 
 Reference
 ---------
@@ -30,7 +30,7 @@ from slipbench.plant.parameters import parameter
 
 
 def magnify(value: float, share: float) -> float:
-    """Return it with the wrong gain."""
+    """Return the value times the wrong gain."""
     return value * (1.0 + share)
 
 

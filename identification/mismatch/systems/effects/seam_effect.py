@@ -1,21 +1,21 @@
-"""An effect for any seam: one page, whose sizes are told in the seam's own magnitude.
+"""Base of effects for any seam: one page each, with sizes in the magnitude of the seam.
 
 A page writes its parameters in relative units: `[seam]` is the usual magnitude of the quantity at
-which it acts, `[other]` that of the quantity it uses besides, `[time]` the period in which
-residuals are judged; `[1/seam^2]`, `[seam/other]`, `[seam*time^2]` and the like are their powers and
-products. `placed` makes of it the effect at one seam of one system, with physical units and ranges.
+which it acts, `[other]` that of the other quantity that it uses, `[time]` the period of the
+residual bins; `[1/seam^2]`, `[seam/other]`, `[seam*time^2]` and the like are their powers and
+products. `placed` returns the effect at one seam of one system, with physical units and ranges.
 
 `act` is a plain function of floats, compiled into the kernel like the hooks of the plant's effects.
-It gives the quantity's new value; its arguments are found by name:
+It returns the new value of the quantity; its arguments are identified by name:
 
-value    the quantity at the seam           other   the quantity that the effect uses besides
+value    the quantity at the seam           other   the other quantity that the effect uses
 rate_of  at a state's rate: the state, else NaN    step   of integration, s
-past     the value a delay ago          elapsed since the memory was brought up to date, s
-memory   what was remembered then; more of it: second, third, fourth
-and the effect's own parameters and states, whose rates it returns after the value. One that
-`remembers` returns what is to be remembered instead, at first the value itself or what `starts`
-tells; one that `gives` returns what the state named by the model file gains. Where a row of the
-simulation begins, inputs may jump: the memory is brought up to date with nothing elapsed.
+past     the value a delay ago          elapsed since the last update of the memory, s
+memory   the memory at that time; further values: second, third, fourth
+and the effect's own parameters and states, whose rates it returns after the value. An effect that
+`remembers` returns the new memory instead; the initial memory is the value itself or that of
+`starts`. An effect that `gives` returns the rate that the state named by the model file gains.
+Inputs may jump where a row of the simulation begins: the memory is updated with zero elapsed time.
 """
 
 import dataclasses
@@ -37,8 +37,8 @@ INPUT, SEAM, RATE, OUTPUT = "input", "seam", "rate", "output"
 class Place:
     """A quantity of a system. kind: input, seam, rate or output; size: its usual magnitude.
 
-    other: name of a quantity that the effect may use besides, with its unit and size. other_unseen:
-    it is an angle of which recordings tell only the speed.
+    other: name of another quantity that the effect may use, with its unit and size. other_unseen:
+    it is an unmeasured angle, of which only the speed is recorded.
     """
 
     name: str
@@ -55,13 +55,13 @@ class Place:
 class SeamEffect(Effect):
     """Base of all effects of model files.
 
-    acts_on: kinds of places. uses: what it needs besides (placing.py): "along", the speed that a
-    seam tells; "channel", every other input; "angle", every other input in rad; "turn", every other
-    input or state that is an angle and goes round; "speed", every state that is a speed; "into", a
-    state that gains; at a rate: "position", what has that rate as its own; "of_position",
-    "of_speed" and "of_store", nothing more, but only at a position, a speed or at what is neither.
-    remembers: how many values. delay_parameter: name of the parameter that is the delay of `past`.
-    variants: factors of the typical value of what `varies`, each tried apart.
+    acts_on: kinds of places. uses: the other quantity that it needs (placing.py): "along", the
+    speed of a seam; "channel", every other input; "angle", every other input in rad; "turn", every
+    other input or state that is a rotation angle; "speed", every state that is a speed; "into", a
+    state that gains; at a rate: "position", the state with that rate; "of_position", "of_speed"
+    and "of_store", no other quantity, but only at a position, a speed, or neither. remembers:
+    number of memory values. delay_parameter: name of the parameter that is the delay of `past`.
+    variants: factors of the typical value of the parameter `varies`, each a separate candidate.
     """
 
     acts_on: ClassVar[tuple[str, ...]] = (INPUT, SEAM, OUTPUT)
@@ -78,11 +78,11 @@ class SeamEffect(Effect):
 
     @property
     def subject(self) -> str:
-        """Return the place where it acts, and what it uses besides."""
+        """Return the place where it acts, and the other quantity that it uses."""
         return f"{self.place.name}/{self.place.other}" if self.place.other else self.place.name
 
     def late(self, time: Floats) -> Floats | None:
-        """Return by how much an output is told late at these times, s; None: not at all."""
+        """Return the delay of an output at these times, s, (n,); None: no delay."""
         return None
 
 
@@ -92,7 +92,7 @@ _PLACED: dict[tuple[str, Place, float, float], type[SeamEffect]] = {}
 def placed(
     kind: type[SeamEffect], place: Place, period: float, factor: float = 1.0
 ) -> type[SeamEffect]:
-    """Return the effect at a place. factor: of the typical value of what `varies`."""
+    """Return the effect at a place. factor: of the typical value of the parameter `varies`."""
     key = (kind.name, place, period, factor)
     if key not in _PLACED:
         _PLACED[key] = _made(kind, place, period, factor)
@@ -132,7 +132,7 @@ def _made(kind: type[SeamEffect], place: Place, period: float, factor: float) ->
 
 
 def _scaled(unit: str, place: Place, period: float) -> tuple[float, str]:
-    """Size and unit of a relative unit at a place."""
+    """Return size and unit of a relative unit at a place."""
     if match := PRODUCT.fullmatch(unit):
         return _product(match[1], match[2], match[3], int(match[4] or 1), place, period)
     match = RELATIVE.fullmatch(unit)
@@ -146,7 +146,7 @@ def _scaled(unit: str, place: Place, period: float) -> tuple[float, str]:
 
 
 def _quantity(name: str, place: Place, period: float) -> tuple[float, str]:
-    """Size and unit of a quantity that a relative unit names."""
+    """Return size and unit of a quantity that a relative unit names."""
     sizes = {"seam": place.size, "other": place.other_size, "time": period}
     units = {"seam": place.unit, "other": place.other_unit, "time": "s"}
     return sizes[name], units[name]
@@ -155,7 +155,7 @@ def _quantity(name: str, place: Place, period: float) -> tuple[float, str]:
 def _product(
     of: str, sign: str, by: str, power: int, place: Place, period: float
 ) -> tuple[float, str]:
-    """Size and unit of a product or quotient; seconds cancel: rad/s times s is rad."""
+    """Return size and unit of a product or quotient; seconds cancel: rad/s times s is rad."""
     (size, unit), (factor, base) = _quantity(of, place, period), _quantity(by, place, period)
     if sign == "/":
         divided = "" if base == "1" else power_of(base, 1, inverse=True)[1:] * power

@@ -1,7 +1,6 @@
-"""Sensor delay: a channel is told later than it was measured.
+"""Sensor delay: a channel is reported later than it was measured.
 
-Satellites compute, a bus waits, a display averages and forwards: what a channel tells was true some
-time ago.
+A receiver computes, a bus waits, a display averages and forwards: the reported value is old.
 
 Equation
 --------
@@ -17,7 +16,7 @@ The channel trails in proportion to its rate, at every frequency by the same tim
 
 Confused with
 -------------
-Lag and moving average (round corners), a clock that is off (may be early as well).
+Lag and moving average (round corners), clock offset (may be early as well).
 
 Reference
 ---------
@@ -46,5 +45,5 @@ class SensorDelay(SeamEffect):
     delay: float = parameter(1.0, "[time]", 0.0, 100.0, "of the channel", absent=0.0, smallest=0.2)
 
     def late(self, time: Floats) -> Floats:
-        """Return the delay."""
+        """Return the delay, s, (n,)."""
         return np.full(time.shape, self.delay)

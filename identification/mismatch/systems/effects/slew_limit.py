@@ -1,7 +1,7 @@
-"""Slew limit: what follows a command moves no faster than so.
+"""Slew limit: a state that follows a command has a largest rate.
 
-A valve spool, a hydraulic cylinder or a servo that is told its place runs at a greatest speed,
-however far it has to go. It stands at the rate of a state that is no speed itself.
+A valve spool, a hydraulic cylinder or a servo with a position command has a top speed,
+whatever the distance. It acts at the rate of a state that is not a speed itself.
 
 Equation
 --------
@@ -33,7 +33,7 @@ from slipbench.plant.parameters import parameter
 
 
 def hold(value: float, limit: float) -> float:
-    """Return the rate that is reached."""
+    """Return the limited rate."""
     return min(max(value, -limit), limit)
 
 

@@ -1,7 +1,7 @@
-"""Square law: what comes out goes with the square of what goes in, and with its sign.
+"""Square law: the output is the square of the input, with its sign.
 
 A propeller's thrust goes with the square of its speed, the flow through an orifice with the root of
-its pressure, a brake's force with its current squared. A straight line is right at one point only.
+its pressure, a brake's force with its current squared. A linear model is right at one point only.
 
 Equation
 --------
@@ -35,7 +35,7 @@ from slipbench.plant.parameters import parameter
 
 
 def bend(value: float, share: float, full: float) -> float:
-    """Return the quantity, some of it squared with its sign."""
+    """Return the quantity, a share of it squared with its sign."""
     return value + share * (value * abs(value) / full - value)
 
 

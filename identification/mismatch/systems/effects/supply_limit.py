@@ -1,7 +1,7 @@
 """Supply limit: the faster a motor turns, the less torque its supply can give it.
 
-At rest the whole voltage drives current through the winding. Motion uses it up by back EMF, and at
-the no-load speed nothing is left. Braking has more than that: both voltages add up.
+At rest the whole voltage drives current through the winding. In motion the back EMF opposes it,
+and at the no-load speed the torque is zero. In braking both voltages add up.
 
 Equation
 --------
@@ -10,8 +10,8 @@ Equation
 Symbols
 -------
     L   limit      of the force at rest          of the seam    0.3 to 1.5 of it (absent infinite)
-    V   no_load    speed at which none is left   of the speed   0.8 to 5 usual ones
-    v              speed that the seam tells
+    V   no_load    speed of zero force           of the speed   0.8 to 5 usual ones
+    v              speed of the seam (`along`)
 
 Trace
 -----

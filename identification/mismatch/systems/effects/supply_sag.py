@@ -1,7 +1,7 @@
-"""Supply sag: the harder a drive works, the less its supply has left for it.
+"""Supply sag: the load of a drive lowers the gain of its supply.
 
-A battery has resistance and a slower part behind it; a pressure line has loss and a reservoir. What
-is drawn lowers what can be drawn, with some delay, and rest restores it.
+A battery has resistance and a slower part behind it; a pressure line has loss and a reservoir. The
+load lowers the supply with some delay, and the supply recovers at rest.
 
 Equation
 --------
@@ -11,7 +11,7 @@ Symbols
 -------
     r     sag             of the gain for each unit drawn   over the quantity   0.03 to 0.5 over the usual one (absent 0)
     tau   time_constant   of the sag                        s                   3 to 300 periods
-    s                     what was drawn lately
+    s                     recent load
 
 Trace
 -----
@@ -35,7 +35,7 @@ from slipbench.plant.parameters import parameter
 
 
 def sink(value: float, drawn: float, sag: float, time_constant: float) -> tuple[float, float]:
-    """Return what the supply leaves, and the rate of what was drawn lately."""
+    """Return the quantity at the sagged supply, and the rate of the recent load."""
     return value * max(1.0 - sag * drawn, 0.0), (abs(value) - drawn) / time_constant
 
 

@@ -1,4 +1,4 @@
-"""Thermal gain: a drive that works gets warm, and warm it gives less.
+"""Thermal gain: the gain of a drive falls with its temperature.
 
 Losses grow with the square of the demand. Magnets lose about 1 % for each 10 K, copper gains
 resistance, oil thins. It takes seconds to minutes and outlasts short pauses.
@@ -11,7 +11,7 @@ Symbols
 -------
     g     loss            of the gain when warm   over the quantity squared   0.02 to 0.3 over the usual one squared (absent 0; below 0 it gains)
     tau   time_constant   of the warming          s                           100 to 10 000 periods
-    T                     mean square of what was asked, as it was felt
+    T                     low-pass filtered square of the quantity
 
 Trace
 -----
@@ -19,8 +19,8 @@ The same motion needs more drive late in a run than at its beginning, and after 
 
 Confused with
 -------------
-Supply sag (fast, goes with the amount), a drift of the gain with time (does not care for the load):
-runs that begin warm.
+Supply sag (fast, goes with the amount), a drift of the gain with time (does not depend on the
+load): runs that begin warm.
 
 Reference
 ---------
@@ -34,7 +34,7 @@ from slipbench.plant.parameters import parameter
 
 
 def warm(value: float, warmth: float, loss: float, time_constant: float) -> tuple[float, float]:
-    """Return what a warm drive gives, and the rate of its warmth."""
+    """Return the quantity at the present temperature, and the rate of the temperature."""
     return value * max(1.0 - loss * warmth, 0.0), (value * value - warmth) / time_constant
 
 

@@ -1,4 +1,4 @@
-"""Torque ripple: what a drive gives for the same current goes up and down with its angle.
+"""Torque ripple: the torque of a drive at constant current varies periodically with its angle.
 
 Commutation, uneven windings and the mesh of gears make the gain of a drive periodic. Without torque
 there is no ripple.
@@ -24,7 +24,7 @@ Cogging (is there without load), gain with a tilt: runs with and without load.
 Reference
 ---------
 Hsiao, Yeh and Hwang, "A novel cogging torque simulation method for permanent-magnet synchronous
-machines", Energies 4 (2011) 2166 to 2179, which tells it apart from cogging.
+machines", Energies 4 (2011) 2166 to 2179, which distinguishes it from cogging.
 """
 
 import math
@@ -35,7 +35,7 @@ from slipbench.plant.parameters import parameter
 
 
 def ripple(value: float, other: float, share: float, order: float, phase: float) -> float:
-    """Return the quantity with the gain of this angle."""
+    """Return the quantity times the gain at this angle."""
     return value * (1.0 + share * math.sin(order * other + phase))
 
 

@@ -1,7 +1,7 @@
-"""Unbalance: gravity pulls a turning part to one side, once a turn.
+"""Unbalance: gravity exerts a force once per turn on a rotating part.
 
-A link whose centre of mass is off its axis, a crank, an eccentric wheel: the force goes with the sine
-of one angle.
+A link whose centre of mass is off its axis, a crank, an eccentric wheel: the force is a sine of the
+angle.
 
 Equation
 --------
@@ -37,7 +37,7 @@ from slipbench.plant.parameters import parameter
 
 
 def pull(value: float, other: float, amplitude: float, phase: float) -> float:
-    """Return the force with that of gravity."""
+    """Return the force plus that of gravity."""
     return value + amplitude * math.sin(other + phase)
 
 

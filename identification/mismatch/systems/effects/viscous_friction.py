@@ -1,7 +1,7 @@
 """Viscous friction: a force that opposes the motion in proportion to its speed.
 
-Grease, oil films and eddy currents shear. A model file whose damping stands elsewhere, or not at
-all, is short of it where a seam tells a force along a speed.
+Grease, oil films and eddy currents shear. It is missing in a model file
+without damping, or with damping elsewhere, at a seam of a force with a speed.
 
 Equation
 --------
@@ -10,7 +10,7 @@ Equation
 Symbols
 -------
     c   coefficient   of the force over the speed   0.02 to 1 of the usual ones (absent 0)
-    v                 speed that the seam tells
+    v                 speed of the seam (`along`)
 
 Trace
 -----
@@ -20,7 +20,7 @@ share in each swing.
 Confused with
 -------------
 Friction (does not grow with speed) and quadratic drag (grows with its square): small and large
-speeds. Back EMF: is gone when the drive is open.
+speeds. Back EMF: vanishes when the drive is open.
 
 Reference
 ---------
@@ -36,7 +36,7 @@ from slipbench.plant.parameters import parameter
 
 
 def shear(value: float, other: float, coefficient: float) -> float:
-    """Return the force that is left."""
+    """Return the remaining force."""
     return value - coefficient * other
 
 

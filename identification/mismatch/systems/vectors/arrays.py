@@ -24,31 +24,31 @@ MADE_BY = (
     "a vector is a state with a length, an input with a list of roles, a parameter with a list of"
     " values, or a seam whose equation gives one"
 )
-"""Remedy where a number stands for a vector."""
+"""Remedy where a vector is expected."""
 
 
 def filled(shape: Shape, at: Callable[[At], Any]) -> Array:
-    """Return an array with what a function gives of each index."""
-    made = np.empty(shape, dtype=object)
+    """Return an array of a shape, with the value of a function of each index."""
+    array = np.empty(shape, dtype=object)
     for index in np.ndindex(shape):
-        made[index] = at(index)
-    return made
+        array[index] = at(index)
+    return array
 
 
 def limited(node: ast.expr, where: str, shape: Shape, at: Callable[[At], Element]) -> Array:
-    """Return the elements of a part. Raises InputError where they are too many, or one too large."""
+    """Return the elements of a part. Raises InputError for too many or too large ones."""
     if np.prod(shape, dtype=int) > MOST_ELEMENTS:
         raise disagreement(node, where, f"at most {MOST_ELEMENTS} elements", shape)
-    made = filled(shape, at)
-    for element in made.flat:
+    array = filled(shape, at)
+    for element in array.flat:
         element.check(where)
-    return made
+    return array
 
 
 def disagreement(
     node: ast.expr, where: str, expected: str, found: Shape, remedy: str = ""
 ) -> InputError:
-    """Error for a part of an equation that has another shape than is expected there."""
+    """Return the error for a part of an equation with an unexpected shape."""
     return InputError(
         "shapes do not agree",
         where=where,

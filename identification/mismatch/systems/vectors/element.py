@@ -35,8 +35,8 @@ def in_words(shape: Shape) -> str:
 class Element:
     """An equation of one element. node: its syntax tree; parts, depth: operations, and nested ones.
 
-    What follows is arithmetic that leaves out factors 0 and 1 and terms 0. For finite numbers that
-    changes no value, at most the sign of a zero.
+    The arithmetic omits factors 0 and 1 and terms 0. For finite numbers this changes no value,
+    except the sign of a zero.
     """
 
     node: ast.expr
@@ -111,18 +111,18 @@ class Element:
         return self.power(Element(ast.Constant(2)))
 
     def choice(self, body: "Element", other: "Element") -> "Element":
-        """Body where this comparison holds, else the other."""
+        """Return body where this comparison holds, else the other."""
         return _made(ast.IfExp(self.node, body.node, other.node), self, body, other)
 
     @staticmethod
     def comparison(ops: Sequence[ast.cmpop], sides: Sequence["Element"]) -> "Element":
-        """A comparison of two or more sides."""
+        """Return a comparison of two or more sides."""
         node = ast.Compare(sides[0].node, list(ops), [side.node for side in sides[1:]])
         return _made(node, *sides)
 
     @staticmethod
     def called(name: str) -> Callable[..., "Element"]:
-        """A function, to be called with elements."""
+        """Return a function of elements by its name."""
 
         def call(*arguments: Element) -> Element:
             function = ast.Name(name, ast.Load())
@@ -132,12 +132,12 @@ class Element:
 
     @staticmethod
     def total(terms: Iterable["Element"]) -> "Element":
-        """Sum of terms, from left to right."""
+        """Return the sum of terms, from left to right."""
         return reduce(Element.plus, terms)
 
     def _is(self, value: int) -> bool:
-        told: Any = self.node.value if isinstance(self.node, ast.Constant) else None
-        return bool(told == value)
+        constant: Any = self.node.value if isinstance(self.node, ast.Constant) else None
+        return bool(constant == value)
 
 
 def _made(node: ast.expr, *parts: Element) -> Element:

@@ -1,9 +1,9 @@
-"""An equation over vectors and matrices becomes an equation for each of its elements.
+"""Expand an equation over vectors and matrices into one equation per element.
 
 The element of a vector `angle` is `angle_1`, that of a matrix `stiffness_1_2`; in an equation it may
-be written `angle[1]`, `stiffness[1, 2]`. A number acts on every element; the other parts of an
-operation have one shape. Factors 0 and 1 vanish, so the row [0, 1] of a literal matrix gives the
-second element and nothing more.
+be written `angle[1]`, `stiffness[1, 2]`. A number applies to every element; the other operands have
+the same shape. Factors 0 and 1 are omitted, so the row [0, 1] of a literal matrix gives just the
+second element.
 """
 
 import ast
@@ -83,8 +83,8 @@ class _Reader:
                 check_number(value, self._where)
                 return filled((), lambda _: Element(node))
             case ast.Name(id=name):
-                told = element_names(name, shape := self._shapes.get(name, ()))
-                return filled(shape, lambda i: Element(ast.Name(told[i], ast.Load())))
+                names = element_names(name, shape := self._shapes.get(name, ()))
+                return filled(shape, lambda i: Element(ast.Name(names[i], ast.Load())))
             case ast.List(elts=rows):
                 return self._list(node, rows)
             case ast.Subscript(value=whole, slice=index):
@@ -106,7 +106,7 @@ class _Reader:
         raise refused(shortened(ast.unparse(node)), self._where)
 
     def _each(self, node: ast.expr, act: Callable[..., Element], *parts: ast.expr) -> Array:
-        """Act on each element of the parts; a number goes with every element of the others."""
+        """Apply an operation to each element; a number applies to every element of the others."""
         read = [self.of(part) for part in parts]
         shape: Shape = next((r.shape for r in read if r.shape), ())
         for part, r in zip(parts, read, strict=True):
@@ -135,12 +135,12 @@ class _Reader:
     def _indexed(self, node: ast.expr, quantity: ast.expr, index: ast.expr) -> Array:
         """Return an element, or a row of a matrix; indices begin at 1."""
         whole = self.of(quantity)
-        told = index.elts if isinstance(index, ast.Tuple) else [index]
-        if len(told) > whole.ndim:
-            expected = f"a quantity of {len(told)} {'indices' if len(told) > 1 else 'index'}"
+        indices = index.elts if isinstance(index, ast.Tuple) else [index]
+        if len(indices) > whole.ndim:
+            expected = f"a quantity of {len(indices)} {'indices' if len(indices) > 1 else 'index'}"
             remedy = "" if whole.ndim else MADE_BY
             raise disagreement(quantity, self._where, expected, whole.shape, remedy)
-        at = tuple(self._index(i, m, node) for i, m in zip(told, whole.shape, strict=False))
+        at = tuple(self._index(i, m, node) for i, m in zip(indices, whole.shape, strict=False))
         found = whole[at]
         return found if isinstance(found, np.ndarray) else filled((), lambda _: found)
 

@@ -1,9 +1,9 @@
-"""Vectors and matrices of a model file: it becomes the same file of numbers before it is read.
+"""Replace the vectors and matrices of a model file by their elements before it is read.
 
-A parameter with a list for its value, a state with a `length`, an input or output with a list of
-roles, a seam whose equation gives one. Each becomes its elements, `angle_1`, `angle_2`, and those of
-a matrix `stiffness_1_2`. A key of a vector is one for all elements, or a list of one each; the name
-of another vector of the same length stands for its elements.
+Vectors are: a parameter with a list as value, a state with a `length`, an input or output with a
+list of roles, a seam whose equation gives a vector. Elements are named `angle_1`, `angle_2`, those
+of a matrix `stiffness_1_2`. The value of a key applies to all elements, or is a list with one value
+each; the name of another vector of the same shape is replaced by those of its elements.
 """
 
 from collections.abc import Mapping
@@ -32,14 +32,14 @@ EQUATIONS = {"seams": "value", "states": "rate", "outputs": "value"}
 def without_vectors(tree: Tree, where: str) -> dict[str, Any]:
     """Return the contents of a model file with elements in place of vectors and matrices.
 
-    What is no vector stays as it is, faults included. where: name of the file, for messages. Raises
-    InputError where shapes do not agree.
+    Other entries are returned unchanged, faults included. where: name of the file, for messages.
+    Raises InputError where shapes do not agree.
     """
-    parts = {part: told for part in PARTS if isinstance(told := tree.get(part), Mapping)}
+    parts = {part: entries for part in PARTS if isinstance(entries := tree.get(part), Mapping)}
     own = {
         (part, name): declared_shape(part, entry, f"{where}: {part}.{name}")
-        for part, told in parts.items()
-        for name, entry in told.items()
+        for part, entries in parts.items()
+        for name, entry in entries.items()
         if isinstance(entry, Mapping)
     }
     texts = _texts(parts, own, where)
@@ -48,15 +48,17 @@ def without_vectors(tree: Tree, where: str) -> dict[str, Any]:
     if shapes:
         check_names(parts, shapes, where)
         check_states(parts.get("states", {}), shapes, where)
-    made = dict(tree)
-    for part, told in parts.items():
-        made[part] = {}
-        for name, entry in told.items():
+    expanded = dict(tree)
+    for part, entries in parts.items():
+        expanded[part] = {}
+        for name, entry in entries.items():
             shape = own.get((part, name), ())
             owner = _Entry(part, name, shape, shapes, f"{where}: {part}.{name}")
-            given = isinstance(entry, Mapping) and (shape or part != "parameters")
-            made[part] |= owner.elements(entry, texts.get((part, name))) if given else {name: entry}
-    return made
+            has_elements = isinstance(entry, Mapping) and (shape or part != "parameters")
+            expanded[part] |= (
+                owner.elements(entry, texts.get((part, name))) if has_elements else {name: entry}
+            )
+    return expanded
 
 
 def _texts(
@@ -101,27 +103,27 @@ class _Entry:
             for index, name in element_names(self.name, self.shape).items()
         }
 
-    def _value(self, key: str, told: Any, index: tuple[int, ...]) -> Any:
-        """Return what a key says of one element."""
-        if isinstance(told, list):
-            self._check(list_shape(told, f"{self.where}.{key}"), key, f"{told}")
+    def _value(self, key: str, value: Any, index: tuple[int, ...]) -> Any:
+        """Return the value of a key for one element."""
+        if isinstance(value, list):
+            self._check(list_shape(value, f"{self.where}.{key}"), key, f"{value}")
             for k in index:
-                told = told[k]
-            return told
-        if isinstance(told, Mapping):
+                value = value[k]
+            return value
+        if isinstance(value, Mapping):
             return {
                 k: self._value(f"{key}.{k}", v, index) if isinstance(v, list) else v
-                for k, v in told.items()
+                for k, v in value.items()
             }
         if key == ROLE and self.shape:
-            self._check((), key, repr(told))
-        if isinstance(told, str) and told in self.shapes and key != ROLE:
-            self._check(self.shapes[told], key, told)
-            return element_names(told, self.shape)[index]
-        return told
+            self._check((), key, repr(value))
+        if isinstance(value, str) and value in self.shapes and key != ROLE:
+            self._check(self.shapes[value], key, value)
+            return element_names(value, self.shape)[index]
+        return value
 
     def _check(self, found: Shape, key: str, shown: str, each: bool = False) -> None:
-        """Raise InputError unless a shape is that of the entry. each: or a number for each."""
+        """Raise InputError unless a shape is that of the entry. each: a number is valid as well."""
         if found != self.shape and not (each and not found):
             raise InputError(
                 "shapes do not agree",

@@ -13,7 +13,7 @@ from slipbench.identification.mismatch.systems.vectors.arrays import (
 from slipbench.identification.mismatch.systems.vectors.element import Element, Shape, in_words
 
 DIMENSIONS = {"transpose": 2}
-"""Of the arguments of functions that take no vectors."""
+"""Dimensions of the arguments of functions that do not take vectors."""
 KINDS = ("a number", "a vector", "a matrix")
 
 
@@ -47,14 +47,14 @@ def function_of_vectors(node: ast.Call, name: str, where: str, arguments: list[A
 
 
 def _check(node: ast.Call, name: str, where: str, arguments: list[Array]) -> None:
-    """Raise InputError unless the arguments have the dimensions of a function, and one shape."""
+    """Raise InputError unless the arguments have the dimensions of a function and one shape."""
     dimensions = DIMENSIONS.get(name, 1)
-    wanted: Shape | None = (3,) if name == "cross" else None
+    required: Shape | None = (3,) if name == "cross" else None
     for part, found in zip(node.args, arguments, strict=True):
-        if found.ndim != dimensions or (wanted and found.shape != wanted):
-            expected = in_words(wanted) if wanted else KINDS[dimensions]
+        if found.ndim != dimensions or (required and found.shape != required):
+            expected = in_words(required) if required else KINDS[dimensions]
             raise disagreement(part, where, f"{expected} in {name}", found.shape)
-        wanted = found.shape
+        required = found.shape
 
 
 def _number(name: str, first: Array, last: Array) -> Element:

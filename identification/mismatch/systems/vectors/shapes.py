@@ -1,4 +1,4 @@
-"""Shapes that the entries of a model file declare, and what may not be."""
+"""Shapes that the entries of a model file declare, and their checks."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -35,19 +35,19 @@ def declared_shape(part: str, entry: Tree, where: str) -> Shape:
     return _within_limit(list_shape(entry.get(key), f"{where}.{key}"), f"{where}.{key}")
 
 
-def list_shape(told: Any, where: str) -> Shape:
+def list_shape(value: Any, where: str) -> Shape:
     """Return the shape of a list of a file; () where it is none. Raises InputError."""
-    if not isinstance(told, list):
+    if not isinstance(value, list):
         return ()
-    inner = {list_shape(one, where) for one in told}
+    inner = {list_shape(one, where) for one in value}
     if len(inner) != 1 or len(row := inner.pop()) > 1:
         raise InputError(
             "a list is neither a vector nor a matrix",
             where=where,
             expected="[1, 2], or rows of the same length: [[1, 2], [3, 4]]",
-            found=str(told)[:60],
+            found=str(value)[:60],
         )
-    return (len(told), *row)
+    return (len(value), *row)
 
 
 def _within_limit(shape: Shape, where: str) -> Shape:
@@ -70,11 +70,11 @@ def check_states(states: Tree, shapes: Mapping[str, Shape], where: str) -> None:
 
 
 def check_names(parts: Mapping[str, Tree], shapes: Mapping[str, Shape], where: str) -> None:
-    """Raise InputError where a vector, or an element of it, has the name of something else."""
-    written = Counter(name for told in parts.values() for name in told)
-    taken = set(written)
+    """Raise InputError where a vector, or an element of it, has the name of another quantity."""
+    counts = Counter(name for entries in parts.values() for name in entries)
+    taken = set(counts)
     for vector, shape in shapes.items():
-        if written[vector] > 1 or vector in FUNCTIONS:
+        if counts[vector] > 1 or vector in FUNCTIONS:
             raise InputError(
                 f"{vector!r} is defined twice, or is the name of a function", where=where
             )

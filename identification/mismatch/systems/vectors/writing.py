@@ -1,4 +1,4 @@
-"""Write the elements of vectors and matrices back into the lists of a model file."""
+"""Write elements of vectors and matrices into the lists of a model file."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,18 +11,18 @@ from slipbench.plant.toml_text import DIGITS, DIGITS_OF_HALF_WIDTH, rounded
 from slipbench.protocol.units import linear
 
 SAME = 1e-12
-"""Relative difference of two numbers that is rounding of a conversion."""
+"""Relative difference of two numbers up to which it is due to rounding in a conversion."""
 
 
 def vector_parameters(source: str) -> dict[str, Shape]:
     """Return the shapes of the parameters of a model file that are vectors or matrices."""
-    told = tomlkit.parse(source).unwrap().get("parameters", {})
-    shapes = {name: list_shape(entry.get("value"), name) for name, entry in told.items()}
+    parameters = tomlkit.parse(source).unwrap().get("parameters", {})
+    shapes = {name: list_shape(entry.get("value"), name) for name, entry in parameters.items()}
     return {name: shape for name, shape in shapes.items() if shape}
 
 
 def with_vectors(source: str, numbers: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return the text of a model file with other numbers in its vectors, all else as written.
+    """Return the text of a model file with new numbers in its vectors, otherwise unchanged.
 
     numbers: value, unit and plus_minus of each element by its name. Half widths become a list where
     they differ.
@@ -30,37 +30,47 @@ def with_vectors(source: str, numbers: Mapping[str, Mapping[str, Any]]) -> str:
     document = tomlkit.parse(source)
     for name, shape in vector_parameters(source).items():
         entry: Any = document["parameters"][name]
-        told = {index: numbers[element] for index, element in element_names(name, shape).items()}
-        slope, offset = linear(entry.get("unit", "1"), next(iter(told.values()))["unit"])
-        values = {index: (n["value"] - offset) / slope for index, n in told.items()}
+        numbers_by_index = {
+            index: numbers[element] for index, element in element_names(name, shape).items()
+        }
+        slope, offset = linear(
+            entry.get("unit", "1"), next(iter(numbers_by_index.values()))["unit"]
+        )
+        values = {index: (n["value"] - offset) / slope for index, n in numbers_by_index.items()}
         _set(entry, "value", shape, values, DIGITS)
-        halves = {index: n["plus_minus"] / slope for index, n in told.items()}
+        halves = {index: n["plus_minus"] / slope for index, n in numbers_by_index.items()}
         _set(entry, "plus_minus", shape, halves, DIGITS_OF_HALF_WIDTH)
     return tomlkit.dumps(document)
 
 
 def _set(
-    entry: Any, key: str, shape: Shape, wanted: Mapping[tuple[int, ...], float], digits: int
+    entry: Any, key: str, shape: Shape, new: Mapping[tuple[int, ...], float], digits: int
 ) -> None:
-    """Set the numbers of a list that are not there already; a single number becomes a list."""
+    """Set the numbers of a list that have changed; a single number becomes a list."""
     written = entry.get(key)
-    now = {i: _at(written, i) if isinstance(written, list) else written for i in wanted}
-    changed = {i: w for i, w in wanted.items() if now[i] is None or abs(w - now[i]) > SAME * abs(w)}
+    present = {i: _at(written, i) if isinstance(written, list) else written for i in new}
+    changed = {
+        i: value
+        for i, value in new.items()
+        if present[i] is None or abs(value - present[i]) > SAME * abs(value)
+    }
     if changed and not isinstance(written, list):
-        entry[key] = _nested(shape, {i: rounded(w, digits) for i, w in wanted.items()})
+        entry[key] = _nested(shape, {i: rounded(value, digits) for i, value in new.items()})
         return
     for index, value in changed.items():
         _at(written, index[:-1])[index[-1]] = rounded(value, digits)
 
 
-def _at(told: Any, index: tuple[int, ...]) -> Any:
+def _at(value: Any, index: tuple[int, ...]) -> Any:
     for k in index:
-        told = told[k]
-    return told
+        value = value[k]
+    return value
 
 
-def _nested(shape: Shape, told: Mapping[tuple[int, ...], float], at: tuple[int, ...] = ()) -> Any:
+def _nested(
+    shape: Shape, numbers: Mapping[tuple[int, ...], float], at: tuple[int, ...] = ()
+) -> Any:
     """Return lists of a shape with these numbers."""
     if not shape:
-        return told[at]
-    return [_nested(shape[1:], told, (*at, k)) for k in range(shape[0])]
+        return numbers[at]
+    return [_nested(shape[1:], numbers, (*at, k)) for k in range(shape[0])]

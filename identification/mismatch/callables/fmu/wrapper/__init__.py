@@ -1,1 +1,1 @@
-"""An FMU with its calibrated parameters and effects, as an FMU that other tools simulate."""
+"""An FMU with its calibrated parameters and effects, exported as an FMU for other tools."""

@@ -1,4 +1,4 @@
-"""A wrapper compared with what `slipbench explain` simulates of the same FMU and effects."""
+"""A wrapper compared with the simulation of `slipbench explain` for the same FMU and effects."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -24,16 +24,16 @@ from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import InputError
 
 STEPS, LEVEL = 300, 15
-"""Steps of communication, and how many of them an input keeps a level."""
+"""Number of communication steps, and for how many of them an input is constant."""
 SHARE = 0.5
-"""Of the usual magnitude of an input: its levels around its start value."""
+"""Half range of the input levels around the start value, relative to the usual magnitude."""
 
 
 def largest_deviation(path: Path, sides: Sides, seed: int = 0) -> float:
-    """Simulate steps of all inputs with a wrapper, and as `explain` does.
+    """Simulate steps of all inputs with a wrapper and with the simulator of `explain`.
 
-    path: of the wrapper. Returns the largest difference of an output, in shares of its largest
-    value. Raises InputError where one of both does not run.
+    path: of the wrapper. Returns the largest difference of an output, relative to its largest
+    value. Raises InputError where one of them does not run.
     """
     file = held(sides.opened.model)
     inputs = levels(sides, np.random.default_rng(seed))
@@ -46,7 +46,7 @@ def largest_deviation(path: Path, sides: Sides, seed: int = 0) -> float:
 
 
 def held(file: ModelFile) -> ModelFile:
-    """Return the file with inputs that hold over a step, as those of an FMU do."""
+    """Return the file with inputs that are held over a step, as those of an FMU."""
     inputs = {
         name: one.model_copy(update={"held": True, "smooth": False})
         for name, one in file.inputs.items()
@@ -55,29 +55,29 @@ def held(file: ModelFile) -> ModelFile:
 
 
 def levels(sides: Sides, rng: np.random.Generator) -> dict[str, Floats]:
-    """Return all inputs by name, SI, (steps,): levels around their start values."""
+    """Return all inputs by name, SI, (steps,): random levels around their start values."""
     plan, file = sides.opened.plan, sides.opened.model
     found = {}
-    for port, told in zip(plan.inputs, file.inputs.values(), strict=True):
-        moves = 0.0 if getattr(told, "exact", False) else SHARE * abs(told.size.si)
+    for port, entry in zip(plan.inputs, file.inputs.values(), strict=True):
+        half_range = 0.0 if getattr(entry, "exact", False) else SHARE * abs(entry.size.si)
         around = rng.uniform(-1.0, 1.0, STEPS // LEVEL)
-        found[port.name] = port.start + moves * np.repeat(around, LEVEL)
+        found[port.name] = port.start + half_range * np.repeat(around, LEVEL)
     return found
 
 
 def explained(sides: Sides, file: ModelFile, inputs: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return the outputs as `explain` simulates them, SI, (steps,)."""
+    """Return the outputs simulated by `explain`, SI, (steps,)."""
     opened = sides.opened
     plan = replace(opened.plan, held=(True,) * len(inputs))
     simulator = OutsideSimulator(_caller(plan, opened), *bounds(opened.parameters, file), "the FMU")
     columns = np.reshape(list(inputs.values()), (-1, STEPS)).T
     grid = Grid(STEPS, 0.0, STEPS, file.step, file.step)
     record = Record("the check", 0.0, grid, columns, {}, {}, np.zeros((STEPS, 0)))
-    places = len(file.inputs) + len(file.states) + len(file.outputs)
-    push = np.zeros((STEPS, places))
-    task = Task(file, opened.system.values, sides.acting, record, push)
+    point_count = len(file.inputs) + len(file.states) + len(file.outputs)
+    no_disturbance = np.zeros((STEPS, point_count))
+    task = Task(file, opened.system.values, sides.acting, record, no_disturbance)
     try:
-        shown = simulator.run(task)
+        result = simulator.run(task)
     except PlantError as fault:
         raise InputError(
             "the FMU does not run with steps of its inputs",
@@ -85,7 +85,7 @@ def explained(sides: Sides, file: ModelFile, inputs: Mapping[str, Floats]) -> di
             found=str(fault),
             remedy="correct the usual magnitudes of its inputs, or take a smaller step",
         ) from fault
-    return {name: shown[name] for name in file.outputs}
+    return {name: result[name] for name in file.outputs}
 
 
 def ridden(path: Path, opened: OpenFmu, inputs: Mapping[str, Floats]) -> dict[str, Floats]:

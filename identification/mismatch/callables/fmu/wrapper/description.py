@@ -1,4 +1,4 @@
-"""modelDescription.xml of a wrapper, from that of the FMU that it wraps."""
+"""modelDescription.xml of a wrapper, from that of the wrapped FMU."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -45,13 +45,13 @@ def description(sides: Sides, token: str) -> str:
 
 
 def _offer_co_simulation(root: Xml.Element, plan: Plan) -> None:
-    """Leave co-simulation alone as interface, and nothing that belongs to another one."""
-    there = [e for name in INTERFACES for e in root.findall(name)]
-    once = any(e.get(ONCE) == "true" for e in there)
-    for element in there:
+    """Replace all interfaces by co-simulation and remove the elements of other interfaces."""
+    interfaces = [e for name in INTERFACES for e in root.findall(name)]
+    only_once = any(e.get(ONCE) == "true" for e in interfaces)
+    for element in interfaces:
         root.remove(element)
     own = {"modelIdentifier": IDENTIFIER, "canHandleVariableCommunicationStepSize": "false"}
-    root.insert(0, Xml.Element("CoSimulation", {**own, **({ONCE: "true"} if once else {})}))
+    root.insert(0, Xml.Element("CoSimulation", {**own, **({ONCE: "true"} if only_once else {})}))
     structure = root.find("ModelStructure")
     assert structure is not None
     for element in structure.findall("EventIndicator"):

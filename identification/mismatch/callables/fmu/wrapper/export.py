@@ -1,4 +1,4 @@
-"""A wrapper as a file: the FMU inside, and a library of the effects around it for this platform."""
+"""Wrapper file: the wrapped FMU and a library of its effects for this platform."""
 
 import hashlib
 import platform
@@ -23,10 +23,10 @@ INNER = "resources/inner"
 
 
 def write_wrapper(path: Path, sides: Sides, headers: Path) -> None:
-    """Write an FMU for co-simulation, of the version of the FMU inside.
+    """Write an FMU for co-simulation, of the same FMI version as the wrapped FMU.
 
-    headers: folder of the header files of FMI. Raises PlantError where there is no compiler, InputError
-    where the platform is not supported, OSError where the file cannot be written.
+    headers: folder of the FMI header files. Raises PlantError where there is no compiler,
+    InputError where the platform is not supported, OSError where the file cannot be written.
     """
     plan = sides.opened.plan
     version = int(plan.fmu.version[0])
@@ -47,15 +47,15 @@ def write_wrapper(path: Path, sides: Sides, headers: Path) -> None:
 
 
 def effects_text(sides: Sides) -> str:
-    """Return the text of the function that lets the effects of this wrapper act."""
+    """Return the source text of the function that applies the effects of this wrapper."""
     kinds = {e.name: type(e) for e in sides.acting if e.act is not None}
     ordered = [kinds[name] for name in sorted(kinds, key=CODES.__getitem__)]
-    act = called_from_c(place_text(SYMBOL, ordered), "AT")
-    return "\n".join((TYPES, *effects_texts(ordered), act))
+    kernel_function = called_from_c(place_text(SYMBOL, ordered), "AT")
+    return "\n".join((TYPES, *effects_texts(ordered), kernel_function))
 
 
 def _token(header: str, text: str, inner: Path) -> str:
-    """Return what names this wrapper: it changes with its effects, its numbers and the FMU inside."""
+    """Return the token of the wrapper, a hash of its effects, parameters and wrapped FMU."""
     sources = [file.read_bytes() for file in sorted(SOURCES.iterdir())]
     parts = (header.encode(), text.encode(), inner.read_bytes(), *sources)
     return "{" + hashlib.sha256(b"\n".join(parts)).hexdigest()[:32] + "}"

@@ -1,4 +1,4 @@
-"""The effects around an FMU, by the side on which they act: its inputs, derivatives or outputs."""
+"""The effects around an FMU, grouped by side: inputs, derivatives or outputs."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -32,9 +32,9 @@ MOMENTS = np.array([0.0, 1e3])  # s
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The effects of one side, in the kernel's order.
+    """Effects of one side, in the order of the kernel.
 
-    code, where, other: (effects,), par: (effects, 4), SI. parts: of a step of communication.
+    code, where, other: (effects,), par: (effects, 4), SI. parts: substeps per communication step.
     """
 
     effects: tuple[SeamEffect, ...]
@@ -48,7 +48,7 @@ class Side:
     def of(
         cls, kind: str, effects: Sequence[Effect], signals: tuple[Equations, ModelFile]
     ) -> "Side":
-        """Return the effects at one kind of places. signals: that they use."""
+        """Return the effects at one kind of injection point. signals: the signals that they use."""
         acting = [e for e in at_kind(kind, effects) if e.act is not None]
         acting.sort(key=lambda e: CODES[e.name])
         equations, file = signals
@@ -56,7 +56,7 @@ class Side:
 
     @property
     def delays(self) -> list[int]:
-        """For each effect the number of its parameter that is a delay; -1: it has none."""
+        """Index of the delay parameter of each effect; -1 where it has none."""
         found = [(e.delay_parameter, [p.name for p in e.parameters()]) for e in self.effects]
         return [names.index(delay) if delay else NONE for delay, names in found]
 
@@ -65,8 +65,8 @@ class Side:
 class Sides:
     """All effects around an FMU.
 
-    late: effects that only tell an output late, by the output. left_out: effects that a simulation
-    in time cannot have, as a clock that is ahead.
+    late: effects that only delay an output, by output. left_out: effects that a simulation in time
+    cannot represent, for example a clock that is ahead.
     """
 
     opened: OpenFmu
@@ -85,24 +85,24 @@ class Sides:
             "outputs": Side.of(OUTPUT, effects, output_signals(file)),
         }
         late = dict(_late(effects))
-        there = {id(e) for side in sides.values() for e in side.effects}
-        there |= {id(e) for e in late.values()}
-        left_out = tuple(e.key for e in effects if id(e) not in there)
+        included = {id(e) for side in sides.values() for e in side.effects}
+        included |= {id(e) for e in late.values()}
+        left_out = tuple(e.key for e in effects if id(e) not in included)
         for name, value in {**sides, "late": late, "left_out": left_out}.items():
             object.__setattr__(self, name, value)
 
     @property
     def acting(self) -> tuple[SeamEffect, ...]:
-        """All effects that the wrapper has."""
+        """All effects of the wrapper."""
         sides = (self.inputs, self.rates, self.outputs)
         return (*(e for side in sides for e in side.effects), *self.late.values())
 
 
 def _late(effects: Sequence[Effect]) -> Iterator[tuple[str, SeamEffect]]:
-    """Yield the first effect at each output that tells it late by a constant time."""
-    seen = set()
+    """Yield the first effect at each output that is a constant delay."""
+    delayed = set()
     for effect in at_kind(OUTPUT, effects):
         name, late = effect.place.name, effect.late(MOMENTS)
-        if late is not None and name not in seen and late[0] >= 0.0 and np.ptp(late) == 0.0:
-            seen.add(name)
+        if late is not None and name not in delayed and late[0] >= 0.0 and np.ptp(late) == 0.0:
+            delayed.add(name)
             yield name, effect

@@ -19,7 +19,7 @@ INPUT_SIDE, RATE_SIDE, OUTPUT_SIDE, LATE_SIDE = (
 
 @dataclass(frozen=True)
 class EffectSize:
-    """A parameter of an effect. side, index: its place in the tables of the wrapper.
+    """A parameter of an effect. side, index: its position in the tables of the wrapper.
 
     known: its unit, meaning and range. value: SI.
     """
@@ -32,7 +32,7 @@ class EffectSize:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Least and greatest value; of a delay, a time that is not below 0."""
+        """Lower and upper bound; the lower bound of a delay is at least 0."""
         low = max(self.known.low, 0.0) if self.side == LATE_SIDE else self.known.low
         return (
             (low, self.known.high)
@@ -58,8 +58,8 @@ def effect_sizes(sides: Sides) -> list[EffectSize]:
 
 def _of_side(name: str, side: Side) -> Iterator[EffectSize]:
     for number, effect in enumerate(side.effects):
-        told = zip(effect.parameters(), effect.values(), strict=True)
-        for k, (known, value) in enumerate(told):
+        pairs = zip(effect.parameters(), effect.values(), strict=True)
+        for k, (known, value) in enumerate(pairs):
             yield _size(effect, name, PARAMETERS_OF_ONE * number + k, known, value)
 
 

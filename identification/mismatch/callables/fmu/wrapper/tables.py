@@ -1,4 +1,4 @@
-"""tables.h of a wrapper: signals, effects and start values, as the C sources read them."""
+"""tables.h of a wrapper: signals, effects and start values for the C sources."""
 
 import json
 import math
@@ -38,9 +38,9 @@ INNER_FOLDERS = {
 
 
 def tables(sides: Sides, token: str) -> str:
-    """Return the text of tables.h. token: by which a master names the wrapper."""
+    """Return the text of tables.h. token: GUID or instantiation token of the wrapper."""
     plan, file = sides.opened.plan, sides.opened.model
-    shown, description = len(file.outputs) + len(file.states), plan.fmu.description
+    signal_count, description = len(file.outputs) + len(file.states), plan.fmu.description
     sizes, calibrated = effect_sizes(sides), calibrated_values(sides)
     own_token = description.guid if plan.fmu.version == "2.0" else description.instantiationToken
     acting = max(len(s.effects) for s in (sides.inputs, sides.rates, sides.outputs))
@@ -57,9 +57,9 @@ def tables(sides: Sides, token: str) -> str:
         "OUTPUT_PARTS": sides.outputs.parts,
         "INPUTS": len(file.inputs),
         "OUTPUTS": len(file.outputs),
-        "SHOWN": shown,
+        "SHOWN": signal_count,
         "NAMED_STATES": len(file.states),
-        "MOST_VALUES": len(file.inputs) + shown + STATES_OF_ONE * acting + 1,
+        "MOST_VALUES": len(file.inputs) + signal_count + STATES_OF_ONE * acting + 1,
         "OWN_STATES": STATES_OF_ONE,
         "MOST_EFFECTS": MOST_EFFECTS,
         "MOST_STATES": MOST_STATES,
@@ -76,13 +76,13 @@ def tables(sides: Sides, token: str) -> str:
         **_side("INPUT", sides.inputs),
         **_side("RATE", sides.rates),
         **_side("OUTPUT", sides.outputs),
-        **_told(sides),
+        **_evaluated_points(sides),
         "INPUT_PORTS": _ports(plan.inputs),
         "OUTPUT_PORTS": _ports(plan.outputs[: len(file.outputs)]),
         "STATE_PORTS": _ports(tuple(state.port for state in plan.states)),
         "STATE_INDICES": _row(state.index for state in plan.states),
         "INPUT_STARTS": _row(_starts(plan)),
-        "LATE_STARTS": _row(_lateness(sides)),
+        "LATE_STARTS": _row(_delays(sides)),
         "CALIBRATED_COUNT": len(calibrated),
         "CALIBRATED_REFERENCES": _row(calibrated),
         "CALIBRATED_VALUES": _row(calibrated.values()),
@@ -101,13 +101,13 @@ def calibrated_values(sides: Sides) -> dict[int, float]:
 
 
 def first_reference(sides: Sides) -> int:
-    """Return the value reference of the first parameter of an effect: behind those of the FMU."""
+    """Return the value reference of the first effect parameter: after those of the FMU."""
     variables = sides.opened.plan.fmu.description.modelVariables
     return 1 + max(int(v.valueReference) for v in variables)
 
 
 def inner_library(plan: Plan) -> str:
-    """Return the path of the FMU's library, from its folder of binaries. Raises InputError."""
+    """Return the path of the FMU's library, relative to its binaries folder. Raises InputError."""
     system = platform.system()
     for folder in INNER_FOLDERS.get((plan.fmu.version, system), ()):
         name = f"{folder}/{plan.identifier}{SUFFIXES[system]}"
@@ -132,27 +132,27 @@ def _side(name: str, side: Side) -> dict[str, object]:
     }
 
 
-def _told(sides: Sides) -> dict[str, object]:
-    """Return the places that are told on each side, and the signals that they are at first."""
+def _evaluated_points(sides: Sides) -> dict[str, object]:
+    """Return the injection points evaluated on each side, and the source signals of the outputs."""
     file = sides.opened.model
     inputs, outputs = len(file.inputs), len(file.outputs)
-    passed = inputs + outputs + len(file.states)
-    acted = sorted(set(sides.rates.where.tolist()))
+    first_output = inputs + outputs + len(file.states)
+    rate_points = sorted(set(sides.rates.where.tolist()))
     return {
-        "RATES_ACTED": len(acted),
+        "RATES_ACTED": len(rate_points),
         "INPUT_TOLD": _row(range(inputs)),
-        "RATE_TOLD": _row(acted),
-        "OUTPUT_TOLD": _row(passed + k for k in range(outputs)),
+        "RATE_TOLD": _row(rate_points),
+        "OUTPUT_TOLD": _row(first_output + k for k in range(outputs)),
         "OUTPUT_SOURCES": _row(inputs + k for k in range(outputs)),
     }
 
 
 def _starts(plan: Plan) -> Iterable[float]:
-    """Return the inputs before a master sets them, SI."""
+    """Return the start values of the inputs, SI."""
     return (port.start for port in plan.inputs)
 
 
-def _lateness(sides: Sides) -> Iterable[float]:
+def _delays(sides: Sides) -> Iterable[float]:
     for name in sides.opened.model.outputs:
         yield next(iter(sides.late[name].values())) if name in sides.late else 0.0
 
@@ -168,7 +168,7 @@ def _ports(ports: Sequence[Port]) -> str:
 
 
 def _row(values: Iterable[float]) -> str:
-    """Numbers, separated by commas; C has no empty arrays."""
+    """Return numbers separated by commas; "0" where empty, since C has no empty arrays."""
     return ", ".join(map(_number, values)) or "0"
 
 
