@@ -30,6 +30,9 @@ from slipbench.identification.mismatch.fit.crank_phase import begun_at, lines
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import (
     CONFIRMED,
+    RISES,
+    Veto,
+    error_ratio,
     errors,
     predicted_gain,
     proof,
@@ -205,11 +208,15 @@ def _fit_curve(a: Analysis, say: Say) -> None:
         if found is None:
             return
         gain = _confirmed(a, found)
+        curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
         if gain >= CONFIRMED:
             a.kept = _predict_better(a, gain)
+            if not a.kept and (ratio := _error_ratio(a, found)) > RISES:
+                reason = f"with it a held-out error is {ratio:.3g} times as large"
+                a.vetoes.append(Veto(curve, gain, CONFIRMED, reason))
+                return  # held-out recordings confirm the place, but not this curve
             a.free = None if a.kept else found
         elif any(c.certain and c.place == found.curve.place for c in a.before):
-            curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
             a.vetoes.append(veto(curve, gain, CONFIRMED))
             _withdraw(a, found.curve.place)
         else:
@@ -220,13 +227,22 @@ def _confirmed(a: Analysis, found: FreeCurve) -> float:
     """Return the held-out log-likelihood gain of a curve, nats; inf without held-out recordings.
 
     The smaller of two gains: with all parameters estimated again, and with the parameters of the
-    training recordings. A curve must not increase the error of the simulation that is written.
+    training recordings.
     """
     assert a.base is not None
     if a.held_out is None:
         return math.inf
     assert found.proven is not None
     return min(found.confirmed, predicted_gain(a.held_out, a.base, found.fit, found.proven))
+
+
+def _error_ratio(a: Analysis, found: FreeCurve) -> float:
+    """Return the held-out error with a curve over that without, of the output where it is largest."""
+    if a.held_out is None:
+        return 1.0
+    assert a.base is not None
+    assert found.proven is not None
+    return error_ratio(a.held_out, a.base, found.fit, found.proven)
 
 
 def _predict_better(a: Analysis, gain: float) -> bool:

@@ -24,6 +24,7 @@ from slipbench.identification.mismatch.curves.model_spline import (
     with_many_knots,
 )
 from slipbench.identification.mismatch.curves.scan import enough
+from slipbench.identification.mismatch.curves.trace import sensors_as_places
 from slipbench.identification.mismatch.fit.calibrate import at_prior_mean, far_from_prior
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.following import (
@@ -51,7 +52,7 @@ MOST = 3
 def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
     """Fit the best located curve in the simulation, and further curves that improve the fit.
 
-    None where all curves are of sensors.
+    None where no curve can act in the simulation.
     """
     found = _fit_one(base, curves, held_out)
     while found is not None and held_out is not None and len(found.beside) + 1 < MOST:
@@ -110,7 +111,7 @@ def _starts(rough: Fit) -> Iterator[Fit]:
 def _chosen(base: Fit, curves: Sequence[Curve]) -> list[Curve]:
     """Return the first curves, and the first of each further kind at the first injection point.
 
-    A periodic curve of an angle is located at the teeth of a wheel first; a torque on the wheel is
+    A curve of a sensor is one more: it is never the only candidate where others are significant. A periodic curve of an angle is located at the teeth of a wheel first; a torque on the wheel is
     an alternative.
     """
     injectable = [c for c in curves if injection_of(base, c) is not None]
@@ -121,9 +122,13 @@ def _chosen(base: Fit, curves: Sequence[Curve]) -> list[Curve]:
     significant = [c for c in injectable if c.certain]
     if not significant:
         return injectable[:1]
-    same_point = [c for c in significant if c.place == significant[0].place]
+    sensors = {p.name for p in sensors_as_places(base)}
+    physical = [c for c in significant if c.place not in sensors]
+    of_sensors = [c for c in significant if c.place in sensors]
+    same_point = [c for c in physical if c.place == physical[0].place]
     first_of_kind = {c.kind: c for c in reversed(same_point)}
-    return list({id(c): c for c in (*significant[:TRIED], *first_of_kind.values())}.values())
+    chosen = (*physical[:TRIED], *first_of_kind.values(), *of_sensors[:1])
+    return list({id(c): c for c in chosen}.values())
 
 
 def _candidate_fits(rough: Fit, curve: Curve) -> Iterator[Fit]:

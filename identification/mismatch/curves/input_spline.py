@@ -35,7 +35,7 @@ class InputSpline(Hypothesis):
     """A curve with its values as parameters, relative to the typical disturbance at its point.
 
     quantities: its regressor in every record, (rows,) each; unit: scale of each value, in the unit
-    of the disturbance over that of the regressor, so that 1 is a typical disturbance; answers: see
+    of the disturbance over that of the regressor, so that 1 is a typical disturbance; responses: see
     `Hypothesis`. spread: prior deviation of the parameters.
     """
 
@@ -47,7 +47,7 @@ class InputSpline(Hypothesis):
     quantities: tuple[Floats, ...]
     unit: Floats
     parameters: tuple[float, ...]
-    answers: Series | None
+    responses: Series | None
     spread: float = LOOSE
 
     @classmethod
@@ -66,15 +66,15 @@ class InputSpline(Hypothesis):
         model, parameters = fit.model, (0.0,) * knots.size
         system = model.at(fit.point)
         new = cls(system, model.records, place, regressor, knots, waveforms, unit, parameters, None)
-        new = replace(new, answers=new._responses(fit))
+        new = replace(new, responses=new._responses(fit))
         return replace(
-            new, spread=new.spread if new.answers is None else _best_spread(fit, new.answers)
+            new, spread=new.spread if new.responses is None else best_spread(fit, new.responses)
         )
 
     def refreshed(self, fit: Fit) -> "InputSpline":
         """Return it with the regressor and the responses of another fit."""
         waveforms = _regressor_of(fit, self.injection, self.regressor)
-        return replace(self, quantities=waveforms, answers=self._responses(fit))
+        return replace(self, quantities=waveforms, responses=self._responses(fit))
 
     def with_quantities_of(self, fit: Fit) -> "InputSpline":
         """Return it with the regressor of another fit, responses unchanged."""
@@ -129,7 +129,7 @@ def _regressor_of(fit: Fit, place: InjectionPoint, regressor: str) -> tuple[Floa
     return tuple(regressors(fit, place.subsystem, r)[regressor] for r in records)
 
 
-def _best_spread(fit: Fit, responses: Series) -> float:
+def best_spread(fit: Fit, responses: Series) -> float:
     """Return the prior deviation of the parameters that maximizes the evidence.
 
     The evidence is that of a linear model with Gaussian parameters (MacKay, Neural Computation 4

@@ -29,8 +29,11 @@ from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.fit.variance_inflation import SHARE, amplitude_p
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
-from slipbench.identification.mismatch.simulation.regressor import TURN, kind_of
+from slipbench.identification.mismatch.simulation.regressor import DETAIL, TURN, kind_of
 from slipbench.plant.signals import Floats
+
+PLAIN_SHARE = 0.8
+"""Share of the gain of a detailed curve from which a curve of few knots is preferred."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +66,23 @@ def locate(training: Linearization, held_out: Linearization | None) -> list[Curv
         for candidates in batches
         for curve in _tested_curves(training, held_out_whitened, candidates)
     ]
-    corrected = [replace(c, p=min(1.0, c.p * len(found) / (1.0 - SHARE))) for c in found]
-    return sorted(corrected, key=lambda c: (not c.certain, _sort_key(c)))
+    # Curves over quantities with the same waveform are one test: they have the same gain.
+    tests = len({(c.place, c.kind, round(c.log_likelihood_gain, 9)) for c in found})
+    corrected = [replace(c, p=min(1.0, c.p * tests / (1.0 - SHARE))) for c in found]
+    return _simplest(sorted(corrected, key=lambda c: (not c.certain, _sort_key(c))))
+
+
+def _simplest(curves: list[Curve]) -> list[Curve]:
+    """Remove detailed curves if one of few knots at the same place explains nearly as much."""
+    plain: dict[str, float] = {}
+    for c in curves:
+        if c.certain and c.kind == "":
+            plain[c.place] = max(plain.get(c.place, 0.0), c.log_likelihood_gain)
+    return [
+        c
+        for c in curves
+        if c.kind != DETAIL or plain.get(c.place, 0.0) < PLAIN_SHARE * c.log_likelihood_gain
+    ]
 
 
 def _tested_curves(

@@ -10,11 +10,13 @@ import numpy as np
 
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.injection import places
-from slipbench.identification.mismatch.curves.input_spline import LOOSE
+from slipbench.identification.mismatch.curves.input_spline import LOOSE, best_spread
+from slipbench.identification.mismatch.curves.trace import responses_along, sensors_as_places
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
 from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
 from slipbench.identification.mismatch.fit.optimize import at_fixed_noise
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
+from slipbench.identification.mismatch.simulation.regressor import TURN
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.effects.free_curve import KNOTS
@@ -26,9 +28,9 @@ DIFFERENCE_STEP = 0.02
 
 @dataclass(frozen=True)
 class ModelSpline(Hypothesis):
-    """A curve with its values as parameters, relative to the typical disturbance at its point.
+    """A curve as a hypothesis; parameters: see `increments`, over the size of its place, (p,).
 
-    number: index of the curve in the model.
+    number: index of the curve in the model. spread: prior deviation of the parameters.
     """
 
     system: System
@@ -36,6 +38,7 @@ class ModelSpline(Hypothesis):
     curve: Curve
     parameters: tuple[float, ...]
     number: int
+    spread: float = LOOSE
 
     @property
     def name(self) -> str:
@@ -44,8 +47,8 @@ class ModelSpline(Hypothesis):
 
     @property
     def deviations(self) -> tuple[float, ...]:
-        """Prior deviation of each parameter, (p,): weak."""
-        return (LOOSE,) * len(self.parameters)
+        """Prior deviation of each parameter, (p,)."""
+        return (self.spread,) * len(self.parameters)
 
     @property
     def difference_steps(self) -> tuple[float, ...]:
@@ -54,17 +57,20 @@ class ModelSpline(Hypothesis):
 
     def effect(self) -> Effect:
         """Return the curve as an effect of the model."""
-        values = self.injection.size * np.array(self.parameters)
+        knots, values = self.curve.knots, self.told().values
         effect_of_curve = self.system.curve(
-            self.injection, self.curve.regressor, self.curve.knots, values, self.number
+            self.injection, self.curve.regressor, knots, values, self.number
         )
         assert effect_of_curve is not None
         return effect_of_curve
 
     def half_widths(self, reach: Floats) -> dict[str, float]:
-        """Return the half widths of its values by key, SI. reach: those of its parameters, (p,)."""
+        """Return the half widths of its values by key, SI. reach: those of its parameters, (p,).
+
+        They are too wide: errors of neighbouring increments partly cancel.
+        """
         owner = getattr(self.effect(), "owner", "")
-        halves = self.injection.size * reach
+        halves = self.injection.size * np.sqrt(increments(self.curve) ** 2 @ reach**2)
         return {f"{owner}.{k}": float(h) for k, h in enumerate(halves)} if owner else {}
 
     def moved(self, step: Floats) -> "ModelSpline":
@@ -73,19 +79,45 @@ class ModelSpline(Hypothesis):
 
     def told(self) -> Curve:
         """Return the curve with the fitted values."""
-        return replace(self.curve, values=self.injection.size * np.array(self.parameters))
+        values = self.injection.size * increments(self.curve) @ np.array(self.parameters)
+        return replace(self.curve, values=values)
+
+
+def increments(curve: Curve) -> Floats:
+    """Return the matrix (knots, p) from parameters to values.
+
+    The parameters are the first value and, up to the root of the distance, the increments from knot to
+    knot: a random walk, so that values at knots that no recording visits lie between their
+    neighbours (Wahba, "Spline Models for Observational Data" (1990), section 1.4). Around a turn
+    they are the values.
+    """
+    if curve.kind == TURN:
+        return np.eye(curve.knots.size)
+    far = np.diff(curve.knots)
+    return np.tril(np.ones((far.size + 1, far.size + 1))) * np.sqrt([1.0, *(far / far.sum())])
 
 
 def injection_of(base: Fit, curve: Curve) -> InjectionPoint | None:
-    """Return the injection point of a curve; None where no disturbance can be injected there."""
-    return next((p for p in places(base) if p.name == curve.place), None)
+    """Return the injection point of a curve; None where no curve can act.
+
+    A curve can act at a sensor if the model supports it; no disturbance can be injected there.
+    """
+    point = next((p for p in places(base) if p.name == curve.place), None)
+    if point is not None:
+        return point
+    sensor = next((p for p in sensors_as_places(base) if p.name == curve.place), None)
+    return sensor if sensor is not None and _supported(base, sensor, curve) else None
+
+
+def _supported(base: Fit, place: InjectionPoint, curve: Curve) -> bool:
+    knots = np.arange(float(KNOTS))
+    return base.model.system.curve(place, curve.regressor, knots, knots, 0) is not None
 
 
 def simulable(base: Fit, curve: Curve) -> bool:
     """Return whether the model supports a curve with this injection point and regressor."""
-    place, knots = injection_of(base, curve), np.arange(float(KNOTS))
-    system = base.model.system
-    return place is not None and system.curve(place, curve.regressor, knots, knots, 0) is not None
+    place = injection_of(base, curve)
+    return place is not None and _supported(base, place, curve)
 
 
 def simulated(base: Fit, curve: Curve) -> Fit | None:
@@ -93,18 +125,28 @@ def simulated(base: Fit, curve: Curve) -> Fit | None:
     place, system, number = injection_of(base, curve), base.model.system, len(base.candidates)
     if place is None or not simulable(base, curve):
         return None
-    spline = ModelSpline(
-        system, place, curve, tuple(float(v) for v in curve.values / place.size), number
-    )
+    steps = np.linalg.solve(increments(curve), curve.values / place.size)
+    parameters = tuple(float(v) for v in steps)
+    spread = LOOSE if curve.kind == TURN else _spread(base, place, curve)
+    spline = ModelSpline(system, place, curve, parameters, number, spread)
     try:
         return renoised(at_fixed_noise(with_effects(base, (*base.candidates, spline)), 3))
     except PlantError:
         return None
 
 
+def _spread(base: Fit, place: InjectionPoint, curve: Curve) -> float:
+    """Return the most likely prior deviation of the parameters of a curve."""
+    responses = responses_along(base, place, curve.regressor, curve.knots)
+    basis = place.size * increments(curve)
+    scaled = [[one @ basis if one.size else one for one in group] for group in responses]
+    return best_spread(base, scaled)
+
+
 def with_many_knots(knots: Floats) -> Floats:
-    """Return KNOTS knots, the number of a curve in the model, spaced like those given."""
-    return np.interp(np.linspace(0.0, knots.size - 1.0, KNOTS), np.arange(knots.size), knots)
+    """Return KNOTS knots, or twice as many as a detailed curve has, spaced like those given."""
+    count = KNOTS if knots.size <= KNOTS else 2 * knots.size - 1
+    return np.interp(np.linspace(0.0, knots.size - 1.0, count), np.arange(knots.size), knots)
 
 
 def refined_knots(curve: Curve) -> Curve:
@@ -114,7 +156,7 @@ def refined_knots(curve: Curve) -> Curve:
     density = np.convolve(np.pad(curvature, 1), (0.5, 0.5), "valid") + 1e-300
     share = 0.5 * density / density.sum() + 0.5 * np.diff(z) / (z[-1] - z[0])
     cumulative = np.concatenate(([0.0], np.cumsum(share)))
-    knots = np.interp(np.linspace(0.0, cumulative[-1], KNOTS), cumulative, z)
+    knots = np.interp(np.linspace(0.0, cumulative[-1], z.size), cumulative, z)
     return replace(curve, knots=knots, values=curve(knots))
 
 

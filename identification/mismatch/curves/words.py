@@ -4,6 +4,7 @@ import numpy as np
 
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.simulation.regressor import (
+    DETAIL,
     HYSTERESIS,
     PAST,
     SCALE,
@@ -17,6 +18,15 @@ ONE_SIDED = 0.15
 
 EVEN = 0.3
 """Relative range of a gain below which it is constant."""
+
+WAVES = 2
+"""Waves over the range of a curve from which it is a ripple."""
+
+RIPPLE = 0.5
+"""Share of the power that these waves must have."""
+
+POINTS = 512
+"""Points at which a curve is sampled to find its waves."""
 
 
 def shape_in_words(curve: Curve, unit: str = "") -> str:
@@ -33,6 +43,8 @@ def shape_in_words(curve: Curve, unit: str = "") -> str:
         return _periodic(f)
     if curve.kind == SCALE:
         return _gain(z, f, unit)
+    if curve.kind == DETAIL and (ripple := _ripple(z, f, unit)):
+        return ripple
     if z[0] < 0.0 < z[-1] and min(-z[0], z[-1]) > 0.2 * max(-z[0], z[-1]):
         return _about_zero(curve, unit)
     return _slope_or_bump(z, f, unit)
@@ -64,6 +76,17 @@ def _periodic(values: Floats) -> str:
     """Describe a periodic curve by its dominant order."""
     order = _order(values)
     return f"repeats every turn, largest at order {order}: {order} {'humps' if order > 1 else 'hump'} a turn"
+
+
+def _ripple(z: Floats, f: Floats, unit: str) -> str:
+    """Return the wavelength of a ripple in words; empty: there is none."""
+    x = np.linspace(z[0], z[-1], POINTS)
+    line = np.polynomial.Polynomial.fit(z, f, 1)
+    power = np.abs(np.fft.rfft(np.hanning(POINTS) * (np.interp(x, z, f) - line(x)))) ** 2
+    waves = int(np.argmax(power))
+    if waves < WAVES or np.sum(power[waves - 1 : waves + 2]) < RIPPLE * np.sum(power):
+        return ""
+    return f"a ripple, one wave in about {_with_unit((z[-1] - z[0]) / waves, unit)}"
 
 
 def _hysteresis(widths: Floats, values: Floats, unit: str) -> str:

@@ -21,6 +21,8 @@ from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 DRAWS = 2000
+RISES = 1.02
+"""Error ratio above which a held-out error has increased."""
 CONFIRMED = 5.0
 """Gain required of an effect with a strong predicted response in held-out recordings, nats."""
 LARGE = 5.0
@@ -175,6 +177,21 @@ def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
     """
     before = simulated_only(model, base.model.at(base.point), fit)
     return simulated_only(improved, fit.model.at(fit.point), fit).score - before.score
+
+
+def error_ratio(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
+    """Return the held-out error of a fit over that of a base, of the output where it is largest.
+
+    Both have unchanged parameters; improved: as for `predicted_gain`.
+    """
+    before = simulated_only(model, base.model.at(base.point), fit)
+    after = simulated_only(improved, fit.model.at(fit.point), fit)
+    ratios = [
+        math.sqrt(np.mean(_segment_squares(after, b, j)) / np.mean(_segment_squares(before, b, j)))
+        for b, group in enumerate(model.partition.groups)
+        for j in range(len(group.outputs))
+    ]
+    return max(ratios)
 
 
 def mispredicted(model: Model, base: Fit, fit: Fit, most: float) -> Veto | None:

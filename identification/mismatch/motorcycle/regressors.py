@@ -11,16 +11,7 @@ from scipy import signal
 
 from slipbench.identification.mismatch.motorcycle.places import later
 from slipbench.identification.mismatch.simulation.record import Record
-from slipbench.identification.mismatch.simulation.regressor import (
-    ANGLE,
-    DETAIL,
-    HYSTERESIS,
-    OVER,
-    PAST,
-    SCALE,
-    quantity_of,
-    scale,
-)
+from slipbench.identification.mismatch.simulation.regressor import ANGLE, quantity_of, with_kinds
 from slipbench.plant.signals import Floats, Inputs, Outputs
 
 MOTION = (
@@ -174,10 +165,4 @@ def _between_samples(record: Record, role: str) -> int:
 
 def _with_derived(signals: dict[str, Floats]) -> dict[str, Floats]:
     """Return the waveforms and the regressors of past, hysteresis, detail and scale."""
-    derived = {PAST + name: signals[name] for name in REMEMBERED if name in signals}
-    derived |= {HYSTERESIS + name: signals[name] for name in TURNING if name in signals}
-    derived |= {DETAIL + name: signals[name] for name in DETAILED if name in signals}
-    for scaled, abscissa in SCALED:
-        if scaled in signals and abscissa in signals:
-            derived[f"{SCALE}{scaled}{OVER}{abscissa}"] = scale(signals[scaled], signals[abscissa])
-    return signals | derived
+    return with_kinds(signals, REMEMBERED, TURNING, DETAILED, SCALED)

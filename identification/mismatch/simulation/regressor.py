@@ -12,7 +12,7 @@ All curves are linear in their values. They are evaluated for every row of a sim
 effects of some milliseconds or of a wheel's angle are averaged out in longer bins.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -62,6 +62,26 @@ def quantity_of(regressor: str) -> str:
 def scale(scaled: Floats, abscissa: Floats) -> Floats:
     """Return the waveform of a regressor that scales one quantity over another, (2, rows)."""
     return np.stack((abscissa, scaled))
+
+
+def with_kinds(
+    quantities: Mapping[str, Floats],
+    past: Iterable[str] = (),
+    hysteresis: Iterable[str] = (),
+    detail: Iterable[str] = (),
+    scaled: Iterable[tuple[str, str]] = (),
+) -> dict[str, Floats]:
+    """Return quantities, (rows,) each, and regressors of other kinds that are made of them.
+
+    past, hysteresis, detail: names of quantities; those that do not exist are left out. scaled: pairs of
+    the quantity that is scaled and the one over which its factor varies.
+    """
+    kinds = {PAST: past, HYSTERESIS: hysteresis, DETAIL: detail}
+    more = {k + n: quantities[n] for k, names in kinds.items() for n in names if n in quantities}
+    for what, over in scaled:
+        if what in quantities and over in quantities:
+            more[f"{SCALE}{what}{OVER}{over}"] = scale(quantities[what], quantities[over])
+    return {**quantities, **more}
 
 
 def knots_for(regressor: str, z: Floats) -> Floats:

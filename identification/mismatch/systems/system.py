@@ -18,7 +18,7 @@ from slipbench.identification.mismatch.simulation.coordinates import (
 )
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.record import Record
-from slipbench.identification.mismatch.simulation.regressor import TURN, kind_of
+from slipbench.identification.mismatch.simulation.regressor import DETAIL, TURN, kind_of, with_kinds
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.simulation.turn import Turn
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
@@ -52,6 +52,7 @@ from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.recording import Recording
 
+TIME = "time"
 DRIVE = "system"
 ORDER = 12
 BINS_PER_LAG = 60
@@ -343,12 +344,15 @@ class ModelSystem(System):
         knots, values: (n,), SI. An outside simulation has no in-model splines. A periodic curve has
         mean 0: a constant does not depend on the angle, and parameters would compensate it.
         """
-        along, at = (n.replace(" ", "_") for n in (regressor.removeprefix(TURN), place.name))
+        kind = kind_of(regressor)
+        quantity = regressor.removeprefix(kind) if kind in (TURN, DETAIL) else regressor
+        along = quantity.replace(" ", "_")
+        at = place.name.replace(" ", "_") if place.inputs else place.block.removesuffix(" sensor")
         if not self.simulator.knows_curves or along not in known_quantities(
             at, self.equations, self.file
         ):
             return None
-        periodic = kind_of(regressor) == TURN
+        periodic = kind == TURN
         values = values - values.mean() if periodic else values
         table = (tuple(map(float, knots)), tuple(map(float, values)))
         return curve_along(self.file, at, along, *table, periodic)
@@ -369,7 +373,7 @@ class ModelSystem(System):
     ) -> Mapping[str, Floats]:
         """Return recorded inputs, simulated states and seams, their rates, time, (rows,) each."""
         out = self.simulate(record, partition, subsystem, q, added)
-        found = {"time": record.time}
+        found = {TIME: record.time}
         for k, name in enumerate(self.equations.inputs):
             found[_word(name)] = record.inputs[:, k]
         for name in (*self.equations.states, *(n for n, _ in self.equations.seams)):
@@ -379,11 +383,32 @@ class ModelSystem(System):
         if self.operating not in found:  # an output that was not recorded
             found[self.operating] = out[next(iter(self.file.outputs))]
         rates = {f"{n} rate": record.grid.rate(c) for n, c in found.items()}
-        del rates["time rate"]
+        del rates[f"{TIME} rate"]
         turns = {
             f"{TURN}{_word(n)}": self._angle(n, record, out) for n in placing.turning(self.file)
         }
-        return {**found, **rates, **turns}
+        outputs = {_word(name) for name in record.sensors}
+        return {**self._of_all_kinds(found, outputs), **rates, **turns}
+
+    def _of_all_kinds(
+        self, quantities: Mapping[str, Floats], outputs: set[str]
+    ) -> dict[str, Floats]:
+        """Return quantities and the regressors of their past, hysteresis, detail and scale.
+
+        Of quantities with the same waveform only the first is used. The past of a state follows from
+        that of the inputs. The scale of a quantity varies over time and over measured quantities.
+        """
+        inputs = {_word(n) for n in self.equations.inputs}
+        first = first_of_each_waveform(quantities)
+        names = [n for n in dict.fromkeys(first.values()) if n != TIME]
+        over = [TIME, *(n for n in names if n in {first[o] for o in outputs})]
+        return with_kinds(
+            quantities,
+            past=[n for n in names if n in inputs],
+            hysteresis=names,
+            detail=names,
+            scaled=[(n, other) for n in names for other in over if n != other],
+        )
 
     def _angle(self, name: str, record: Record, out: Shown) -> Floats:
         """Return an angle, (rows,): recorded, else simulated, perhaps with a phase error."""
@@ -397,6 +422,15 @@ class ModelSystem(System):
         if isinstance(effect, SeamEffect) and effect.uses == "turn":
             return f"{TURN}{_word(effect.place.other)}"
         return ""
+
+
+def first_of_each_waveform(quantities: Mapping[str, Floats]) -> dict[str, str]:
+    """Return for each quantity the first one that has the same waveform, by name."""
+    found: dict[str, str] = {}
+    for name, waveform in quantities.items():
+        same = (n for n in dict.fromkeys(found.values()) if np.array_equal(waveform, quantities[n]))
+        found[name] = next(same, name)
+    return found
 
 
 def _word(name: str) -> str:

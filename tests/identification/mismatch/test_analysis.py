@@ -8,6 +8,7 @@ import pytest
 from slipbench.identification.mismatch import explain
 from slipbench.identification.mismatch.analysis import Analysis, unexplained
 from slipbench.identification.mismatch.curves.adequacy import Remainder
+from slipbench.identification.mismatch.fit.held_out import RISES
 
 PLACE = "servo force"
 
@@ -44,11 +45,12 @@ def known_of(share: float, nats: float) -> Analysis:
 def predicted_held_out(monkeypatch):
     """What names and the curve gain on held-out recordings is set here."""
 
-    def held_out(names, curve, unchanged=1e6):
+    def held_out(names, curve, unchanged=1e6, ratio=0.9):
         where = SimpleNamespace(place=PLACE, regressor="throttle")
         found = SimpleNamespace(confirmed=curve, curve=where, fit=None, proven=SimpleNamespace())
         monkeypatch.setattr(explain, "inside", lambda *_: found)
         monkeypatch.setattr(explain, "predicted_gain", lambda *_: unchanged)
+        monkeypatch.setattr(explain, "error_ratio", lambda *_: ratio)
         monkeypatch.setattr(explain, "_predict_better", lambda *_: names > curve)
 
     return held_out
@@ -84,3 +86,14 @@ def test_a_curve_that_gains_only_where_parameters_move_again_is_withdrawn(
     assert known.free is None
     (veto,) = known.vetoes
     assert veto.gain == unchanged
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 1.1, 3.0])
+def test_a_curve_with_which_a_held_out_error_rises_does_not_stand(ratio, predicted_held_out):
+    """Held-out recordings confirm that something is missing there: only the curve is rejected."""
+    predicted_held_out(-1.0, 100.0, ratio=ratio)
+    known = known_of(0.3, 0.3)
+    explain._free(known, (), lambda _: None)
+    assert (known.free is not None) == (ratio <= RISES)
+    assert len(known.vetoes) == (ratio > RISES)
+    assert known.before[0].certain
