@@ -209,7 +209,7 @@ def _draw_residuals(a: Analysis, path: Path) -> None:
     figure, axes = plt.subplots(figsize=(7, 3))
     labels = ("as written", "re-calibrated", "improved")
     fit: Fit
-    for fit, label, colour in zip(a.proof, labels, ("0.75", "C1", "C0"), strict=True):
+    for fit, label, colour in zip(a.held_out_runs, labels, ("0.75", "C1", "C0"), strict=True):
         axes.plot(t, fit.residuals[0][0][:, 0], color=colour, lw=0.8, label=label)
     unit = record.sensors[block.outputs[0]].unit
     axes.set(xlabel="time / s", ylabel=f"residual of {block.name} / {unit}")

@@ -30,8 +30,8 @@ from slipbench.identification.mismatch.fit.calibrate import (
 )
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.following import relinearized
 from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.fit.refit import relinearized
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
 from slipbench.identification.mismatch.naming.fits import fitted
 from slipbench.identification.mismatch.reporting.open_questions import TYPICAL_SPREAD

@@ -7,7 +7,7 @@ from typing import Any
 
 from slipbench.identification.cluster import Workers, done_by
 from slipbench.identification.fleet.fleet_file import Entry
-from slipbench.identification.mismatch.explain import known_so_far
+from slipbench.identification.mismatch.explain import run_analysis
 from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.identification.mismatch.reporting.memo import sentence
 from slipbench.identification.mismatch.reporting.output import with_training, write_outputs
@@ -49,7 +49,7 @@ def explain_one(entry: Entry, folder: str) -> Row:
         analysis = open_analysis(
             Path(entry.vehicle), [*map(Path, entry.training)], [*map(Path, entry.held_out)]
         )
-        known_so_far(analysis)
+        run_analysis(analysis)
     except InputError as fault:
         return {"trouble": str(fault)}
     found = with_training(verdict(analysis), [*map(Path, entry.training)], place)

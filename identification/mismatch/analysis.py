@@ -24,12 +24,12 @@ class Analysis:
     """Results of an analysis, filled step by step, so that an interruption loses no result.
 
     before, after: free curves in the residual of the calibrated system, and of the named effects.
-    when: operating region of the located curve. proof: held-out runs of the nominal, the
+    operating_region: operating region of the located curve. held_out_runs: held-out runs of the nominal, the
     calibrated and the improved system.
     failure: step and error that stopped the analysis; empty if none.
     vetoes: effects and free curves that the held-out recordings contradict.
     runs: paths of the training and held-out recordings, with their segments.
-    kept: whether the named effects stand although a free curve is significant in their residual,
+    names_kept: whether the named effects stand although a free curve is significant in their residual,
     since no free curve in their place predicts better.
     """
 
@@ -38,16 +38,16 @@ class Analysis:
     held_out: Model | None
     base: Fit | None = None
     before: list[Curve] = field(default_factory=list)
-    when: OperatingRegion | None = None
+    operating_region: OperatingRegion | None = None
     named: Named | None = None
     headline: str = ""
     after: list[Curve] = field(default_factory=list)
     remains: Remainder | None = None
-    proof: list[Fit] = field(default_factory=list)
+    held_out_runs: list[Fit] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
     free: FreeCurve | None = None
     vetoes: list[Veto] = field(default_factory=list)
-    kept: bool = False
+    names_kept: bool = False
     proposal: tuple[str, Any] | None = None
     done: int = 0
     complete: bool = False
@@ -61,7 +61,7 @@ def begin(system: System, training: Sequence[Record], held_out: Sequence[Record]
     return Analysis(system, training_model, held_out_model if held_out else None)
 
 
-def described(step: str, fault: Exception) -> str:
+def failure_message(step: str, fault: Exception) -> str:
     """Describe the failure of a step in one line: step, error, and the line of code."""
     frames = traceback.extract_tb(fault.__traceback__)
     where = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
@@ -82,16 +82,16 @@ def unexplained(a: Analysis) -> bool:
     assert a.named is not None
     if not a.named.names:
         return _any_significant(a.before)
-    return not a.kept and a.remains is not None and not a.remains.small
+    return not a.names_kept and a.remains is not None and not a.remains.small
 
 
-def where_found(a: Analysis) -> Curve | None:
+def localizing_curve(a: Analysis) -> Curve | None:
     """Return the free curve that localizes the mismatch; None: no curve is significant.
 
     This is the located curve, unless the curve in the simulation acts at another place and gains
     at least ALIKE nats more: the located curve is fitted to the residual of fixed parameters.
     """
-    located = a.before[0] if a.before and a.before[0].certain else None
+    located = a.before[0] if a.before and a.before[0].significant else None
     if located is None or a.free is None or a.free.curve.place == located.place:
         return located
     if a.free.log_likelihood_gain < located.log_likelihood_gain + ALIKE:
@@ -105,7 +105,7 @@ def where_found(a: Analysis) -> Curve | None:
 
 
 def _any_significant(curves: Sequence[Curve]) -> bool:
-    return any(c.certain for c in curves)
+    return any(c.significant for c in curves)
 
 
 def equivalents(named: Named) -> list[tuple[str, ...]]:

@@ -87,7 +87,7 @@ def explain_command(
 
     Exit status: 0 done, 1 a step failed, 2 invalid input (see message), 130 interrupted.
     """
-    from slipbench.identification.mismatch.explain import known_so_far
+    from slipbench.identification.mismatch.explain import run_analysis
     from slipbench.identification.mismatch.predictive_check.order import COUNT, SEED, Order
     from slipbench.identification.mismatch.predictive_check.stopwatch import seconds
     from slipbench.identification.mismatch.reporting.check_in_words import check_lines
@@ -115,7 +115,7 @@ def explain_command(
                 console.print(message)
 
         started = seconds()
-        if not known_so_far(analysis, show_progress) and not analysis.failure:
+        if not run_analysis(analysis, show_progress) and not analysis.failure:
             console.print("Interrupted: writing the results so far. Ctrl-C again discards them.")
         elapsed = seconds() - started
     result = verdict(analysis)

@@ -8,14 +8,14 @@ from dataclasses import replace
 from slipbench.identification.mismatch.analysis import (
     Analysis,
     accepted,
-    described,
     equivalents,
+    failure_message,
     not_excited,
     unexplained,
 )
 from slipbench.identification.mismatch.curves.adequacy import remainder
 from slipbench.identification.mismatch.curves.curve import Curve
-from slipbench.identification.mismatch.curves.fit_in_model import inside
+from slipbench.identification.mismatch.curves.fit_in_model import fit_curves_in_model
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.curves.operating_region import operating_region, plainest
@@ -26,7 +26,7 @@ from slipbench.identification.mismatch.fit.calibrate import (
     far_from_prior,
     hidden_by_noise,
 )
-from slipbench.identification.mismatch.fit.crank_phase import begun_at, lines
+from slipbench.identification.mismatch.fit.crank_phase import at_estimated_angles, lines
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import (
     CONFIRMED,
@@ -34,8 +34,8 @@ from slipbench.identification.mismatch.fit.held_out import (
     Veto,
     error_ratio,
     errors,
+    held_out_simulations,
     predicted_gain,
-    proof,
     refit_on,
     veto,
 )
@@ -53,7 +53,7 @@ PART_OF_CURVE = 0.5
 """Share of the log-likelihood gain of a free curve that a pair of effects must reach."""
 
 
-def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:
+def run_analysis(so_far: Analysis, say: Say = lambda _: None) -> bool:
     """Run all steps; return whether the analysis is complete.
 
     An interruption or a failed step ends the analysis; `so_far` keeps the earlier results and the
@@ -76,7 +76,7 @@ def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:
 def _failure(so_far: Analysis) -> str:
     fault = sys.exception()
     assert isinstance(fault, Exception)
-    return described(NAMES[so_far.done], fault)
+    return failure_message(NAMES[so_far.done], fault)
 
 
 def analyse(
@@ -109,18 +109,18 @@ def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     shown = lines(a.base)
     if shown.plain:
         say("Estimating the initial angle of each recording")
-        a.base, alike = begun_at(a.base, shown)
+        a.base, alike = at_estimated_angles(a.base, shown)
         if a.held_out is not None:
             there = refit_on(a.base, a.held_out)
-            a.held_out = begun_at(there, lines(there), alike)[0].model
+            a.held_out = at_estimated_angles(there, lines(there), alike)[0].model
 
 
 def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     say("Localizing the mismatch with free curves")
     a.before = _curves(a, a.base)
-    if a.before and a.before[0].certain:
-        a.when = operating_region(Linearization.of(a.base), a.before[0])
+    if a.before and a.before[0].significant:
+        a.operating_region = operating_region(Linearization.of(a.base), a.before[0])
 
 
 def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
@@ -139,7 +139,7 @@ def _headline(a: Analysis) -> str:
         bare = replace(fit.point, effects=())
         trace = change(fit.model, bare, fit.point.effects, predict(fit.model, bare))
         return plainest(fit, trace)
-    if a.before and a.before[0].certain:
+    if a.before and a.before[0].significant:
         return plainest(a.base, effect_of(Linearization.of(a.base), a.before[0]))
     return a.base.model.partition.groups[-1].outputs[0]
 
@@ -175,7 +175,7 @@ def _asked_of_pairs(a: Analysis) -> float:
     """
     curves = a.after if a.named and a.named.names else a.before
     found = max(
-        (c.log_likelihood_gain for c in curves[:1] if unexplained(a) and c.certain), default=0.0
+        (c.log_likelihood_gain for c in curves[:1] if unexplained(a) and c.significant), default=0.0
     )
     return max(ENOUGH, PART_OF_CURVE * found)
 
@@ -197,26 +197,26 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     """
     _fit_curve(a, say)
     if unexplained(a) and a.free is None and a.remains is not None and a.remains.lesser:
-        a.kept = _predict_better(a, CONFIRMED)
+        a.names_kept = _predict_better(a, CONFIRMED)
 
 
 def _fit_curve(a: Analysis, say: Say) -> None:
     assert a.base is not None
     while unexplained(a) and a.before and a.free is None:
         say("Fitting a free curve in the simulation")
-        found = inside(a.base, a.before, a.held_out)
+        found = fit_curves_in_model(a.base, a.before, a.held_out)
         if found is None:
             return
         gain = _confirmed(a, found)
         curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
         if gain >= CONFIRMED:
-            a.kept = _predict_better(a, gain)
-            if not a.kept and (ratio := _error_ratio(a, found)) > RISES:
+            a.names_kept = _predict_better(a, gain)
+            if not a.names_kept and (ratio := _error_ratio(a, found)) > RISES:
                 reason = f"with it a held-out error is {ratio:.3g} times as large"
                 a.vetoes.append(Veto(curve, gain, CONFIRMED, reason))
                 return  # held-out recordings confirm the place, but not this curve
-            a.free = None if a.kept else found
-        elif any(c.certain and c.place == found.curve.place for c in a.before):
+            a.free = None if a.names_kept else found
+        elif any(c.significant and c.place == found.curve.place for c in a.before):
             a.vetoes.append(veto(curve, gain, CONFIRMED))
             _withdraw(a, found.curve.place)
         else:
@@ -267,8 +267,8 @@ def _predict_better(a: Analysis, gain: float) -> bool:
 def _withdraw(a: Analysis, place: str) -> None:
     """Set p = 1 for the free curves at a place: held-out runs contradict the best of them."""
     a.before = [replace(c, p=1.0) if c.place == place else c for c in a.before]
-    a.before.sort(key=lambda c: not c.certain)
-    a.when = None
+    a.before.sort(key=lambda c: not c.significant)
+    a.operating_region = None
 
 
 def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
@@ -276,8 +276,10 @@ def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     assert a.named is not None
     if a.held_out is not None:
         say("Validating on the held-out recordings")
-        a.proof = proof(a.held_out, a.base, accepted(a), a.free.proven if a.free else None)
-        a.errors = errors(a.proof)
+        a.held_out_runs = held_out_simulations(
+            a.held_out, a.base, accepted(a), a.free.proven if a.free else None
+        )
+        a.errors = errors(a.held_out_runs)
 
 
 def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:

@@ -234,13 +234,13 @@ def _explain_file(
     *,
     check: int = 0,
 ) -> "Verdict":
-    from slipbench.identification.mismatch.explain import known_so_far
+    from slipbench.identification.mismatch.explain import run_analysis
     from slipbench.identification.mismatch.predictive_check.check import checked
     from slipbench.identification.mismatch.runs import open_analysis
 
     folders = [[_folder(run) for run in runs] for runs in (training, held_out)]
     analysis = open_analysis(Path(vehicle), *folders)
-    known_so_far(analysis, progress or _ignore)
+    run_analysis(analysis, progress or _ignore)
     return checked(analysis, check, progress or _ignore)
 
 
@@ -262,7 +262,7 @@ def _explain_function(
 ) -> "Verdict":
     from slipbench.identification.mismatch.callables.description import Ports
     from slipbench.identification.mismatch.callables.function_system import function_system
-    from slipbench.identification.mismatch.explain import known_so_far
+    from slipbench.identification.mismatch.explain import run_analysis
     from slipbench.identification.mismatch.predictive_check.check import checked
     from slipbench.identification.mismatch.reporting.output import write_improved
     from slipbench.identification.mismatch.runs import analysis_of
@@ -271,7 +271,7 @@ def _explain_function(
     training, proof = ([_in_memory(run) for run in runs] for runs in (recordings, held_out))
     system = function_system(simulate, parameters, ports, training, time_limit)
     analysis = analysis_of(system, training, proof)
-    known_so_far(analysis, progress or _ignore)
+    run_analysis(analysis, progress or _ignore)
     if improved is not None:
         write_improved(analysis, Path(improved))
     return checked(analysis, check, progress or _ignore)

@@ -156,7 +156,7 @@ def test_ctrl_c_in_compiled_code_ends_a_command_as_everywhere(monkeypatch, capsy
 def test_ctrl_c_in_compiled_code_keeps_what_explain_has(monkeypatch):
     monkeypatch.setattr(explain, "analyse", interrupted_in_compiled_code)
     so_far = SimpleNamespace(done=1, complete=False, failure="")
-    assert explain.known_so_far(so_far) is False
+    assert explain.run_analysis(so_far) is False
     assert so_far.failure == ""
 
 

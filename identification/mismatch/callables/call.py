@@ -19,7 +19,7 @@ Simulate = Callable[
     [Mapping[str, float], Mapping[str, Floats], Floats], Mapping[str, npt.ArrayLike]
 ]
 """simulate(parameters, inputs, times) -> outputs by name, arrays of the same length as times."""
-ALIKE = 1e-9
+REPEATABILITY_TOLERANCE = 1e-9
 """Tolerance between two runs with the same parameters, relative to the largest value."""
 
 
@@ -109,6 +109,6 @@ def difference(one: Mapping[str, Floats], other: Mapping[str, Floats]) -> str:
     """Describe where two runs with the same parameters differ; empty where they agree."""
     for name, values in one.items():
         largest = float(np.max(np.abs(values - other[name]), initial=0.0))
-        if largest > ALIKE * float(np.max(np.abs(values), initial=0.0)):
+        if largest > REPEATABILITY_TOLERANCE * float(np.max(np.abs(values), initial=0.0)):
             return f"{name} differs by up to {largest:.3g}"
     return ""

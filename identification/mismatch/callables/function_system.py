@@ -12,7 +12,7 @@ from slipbench.identification.mismatch.callables.description import (
     text_of,
 )
 from slipbench.identification.mismatch.callables.parameter import Parameter
-from slipbench.identification.mismatch.callables.simulator import OutsideSimulator
+from slipbench.identification.mismatch.callables.simulator import ExternalSimulator
 from slipbench.identification.mismatch.callables.worker import CAN_ISOLATE, IsolatedCaller
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.recording.recording import Recording
@@ -35,5 +35,5 @@ def function_system(
     caller = in_process(simulate)
     if time_limit is not None and CAN_ISOLATE:
         caller = IsolatedCaller(caller, time_limit)
-    simulator = OutsideSimulator(caller, *bounds(parameters, file), "the function")
+    simulator = ExternalSimulator(caller, *bounds(parameters, file), "the function")
     return replace(ModelSystem.of(file, name, simulator), source=text_of(file))

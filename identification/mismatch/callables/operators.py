@@ -43,7 +43,7 @@ def speeds_used(task: Task) -> bool:
     return any(e.place.other in shown_names(task.file) for e in at_kind(INPUT, task.effects))
 
 
-def acted_inputs(task: Task, outputs: Floats) -> Floats:
+def inputs_with_effects(task: Task, outputs: Floats) -> Floats:
     """Return the inputs with input disturbances and effects applied, (rows, inputs).
 
     outputs: (rows, outputs and states), regressors of some effects.
@@ -68,7 +68,7 @@ def acted_inputs(task: Task, outputs: Floats) -> Floats:
     )
 
 
-def acted_outputs(task: Task, inputs: Floats, raw: Floats) -> Floats:
+def outputs_with_effects(task: Task, inputs: Floats, raw: Floats) -> Floats:
     """Return the outputs with effects applied, (rows, outputs).
 
     inputs: after their effects, (rows, inputs); raw: before effects, (rows, outputs and states).

@@ -20,14 +20,14 @@ from slipbench.identification.mismatch.callables.call import (
     difference,
 )
 from slipbench.identification.mismatch.callables.operators import (
-    acted_inputs,
-    acted_outputs,
     acting_rates,
+    inputs_with_effects,
+    outputs_with_effects,
     shown_names,
     speeds_used,
 )
 from slipbench.identification.mismatch.systems.model_file import ModelFile, Number
-from slipbench.identification.mismatch.systems.run import BOUND, Shown
+from slipbench.identification.mismatch.systems.run import BOUND, SimulatedColumns
 from slipbench.identification.mismatch.systems.simulator import Simulator, Task
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
@@ -44,7 +44,7 @@ MOST_KEPT = 64_000_000
 
 
 @dataclass
-class Kept:
+class RunCache:
     """Cached runs by call, the oldest first.
 
     made: number of runs; repeatable: whether repeatability was verified; seconds: time of one run.
@@ -69,7 +69,7 @@ class Kept:
 
 
 @dataclass(frozen=True, eq=False)
-class OutsideSimulator(Simulator):
+class ExternalSimulator(Simulator):
     """Runs a black-box simulation.
 
     caller: runs one call. low, high: bounds of the parameters, SI, (parameters,). what: name of the
@@ -80,7 +80,7 @@ class OutsideSimulator(Simulator):
     low: Floats
     high: Floats
     what: str
-    kept: Kept = field(default_factory=Kept)
+    kept: RunCache = field(default_factory=RunCache)
 
     remedy = "run it by itself with the nominal parameters and these inputs"
 
@@ -96,19 +96,19 @@ class OutsideSimulator(Simulator):
             f" {low:.2g} to {high:.2g} min"
         )
 
-    def run(self, task: Task) -> Shown:
+    def run(self, task: Task) -> SimulatedColumns:
         """Run a task, effects included. Raises PlantError where the simulation fails."""
         raw = recorded_outputs(task)
         for _ in range(PASSES if speeds_used(task) else 1):
-            inputs = acted_inputs(task, raw)
+            inputs = inputs_with_effects(task, raw)
             raw = self._outputs_before_effects(task, inputs)
-        outputs = acted_outputs(task, inputs, raw)
+        outputs = outputs_with_effects(task, inputs, raw)
         states = raw[:, len(task.file.outputs) :]
         names = (*task.file.inputs, *shown_names(task.file))
         columns = np.concatenate((inputs, outputs, states), axis=1).T
-        return Shown(dict(zip(names, columns, strict=True)))
+        return SimulatedColumns(dict(zip(names, columns, strict=True)))
 
-    def first_run(self, task: Task) -> Shown:
+    def first_run(self, task: Task) -> SimulatedColumns:
         """Run a task; run the first one twice. Raises InputError where results differ."""
         if not self.kept.repeatable:
             self._check_repeatable(task)
@@ -116,7 +116,7 @@ class OutsideSimulator(Simulator):
         return self.run(task)
 
     def _check_repeatable(self, task: Task) -> None:
-        call = call_of(task, acted_inputs(task, recorded_outputs(task)))
+        call = call_of(task, inputs_with_effects(task, recorded_outputs(task)))
         one = self._outputs(task, call)
         begun = time.perf_counter()
         other = self._outputs(task, call)

@@ -20,7 +20,7 @@ from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.stack import Nuisances, whiten_and_stack
 from slipbench.identification.mismatch.fit.whitening import whitener
 
-LEFT = 0.05
+MOST_RESIDUAL_SHARE = 0.05
 """Residual share, relative to what named effects explain, up to which they are adequate."""
 
 
@@ -38,7 +38,7 @@ class Remainder:
     @property
     def small(self) -> bool:
         """Whether the named effects are adequate."""
-        return min(self.share, self.nats) <= LEFT
+        return min(self.share, self.nats) <= MOST_RESIDUAL_SHARE
 
     @property
     def lesser(self) -> bool:
@@ -53,7 +53,7 @@ def remainder(base: Fit, named: Fit, curves: Iterable[Curve]) -> Remainder | Non
     `named`.
     """
     linear = Linearization.of(named)
-    remainders = [_remainder_of(base, linear, c) for c in curves if c.certain]
+    remainders = [_remainder_of(base, linear, c) for c in curves if c.significant]
     return max(remainders, key=lambda r: r.share, default=None)
 
 

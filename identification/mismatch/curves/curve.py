@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from slipbench.identification.mismatch.fit.variance_inflation import FAMILY
-from slipbench.identification.mismatch.simulation.regressor import course, kind_of
+from slipbench.identification.mismatch.simulation.regressor import curve_waveform, kind_of
 from slipbench.plant.signals import Floats
 
 
@@ -33,10 +33,10 @@ class Curve:
         return kind_of(self.regressor)
 
     @property
-    def certain(self) -> bool:
+    def significant(self) -> bool:
         """Whether it is significant and not contradicted by the held-out recordings."""
         return self.p < FAMILY
 
     def __call__(self, z: Floats, step: float = 1.0) -> Floats:
         """Evaluate f on a waveform, constant beyond the end knots. step: period of a row, s."""
-        return course(self.regressor, z, self.knots, self.values, step)
+        return curve_waveform(self.regressor, z, self.knots, self.values, step)

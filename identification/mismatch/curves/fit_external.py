@@ -12,9 +12,9 @@ from slipbench.identification.mismatch.curves.input_spline import InputSpline
 from slipbench.identification.mismatch.curves.model_spline import injection_of
 from slipbench.identification.mismatch.curves.trace import regressors
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
-from slipbench.identification.mismatch.fit.following import relinearized
 from slipbench.identification.mismatch.fit.held_out import refit_on
 from slipbench.identification.mismatch.fit.optimize import at_fixed_noise, optimize
+from slipbench.identification.mismatch.fit.refit import relinearized
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
 from slipbench.identification.mismatch.simulation.model import Model, predict
@@ -45,7 +45,8 @@ def spline_in(base: Fit, curve: Curve) -> Fit | None:
         try:
             refitted = renoised(at_fixed_noise(with_effects(best, (*base.candidates, spline)), 3))
             fits = [
-                _consistent(refitted, spline.towards(pushing(refitted), share)) for share in SHARES
+                _consistent(refitted, spline.towards(injected_spline(refitted), share))
+                for share in SHARES
             ]
         except PlantError:
             break
@@ -56,7 +57,7 @@ def spline_in(base: Fit, curve: Curve) -> Fit | None:
         best = fit
         if gained < FURTHER * before:
             break
-        spline = pushing(best).refreshed(best)
+        spline = injected_spline(best).refreshed(best)
     return best if best is not base else None
 
 
@@ -69,16 +70,16 @@ def _consistent(fit: Fit, spline: InputSpline) -> Fit:
     return with_effects(fit, (*others, spline))
 
 
-def pushing(fit: Fit) -> InputSpline:
+def injected_spline(fit: Fit) -> InputSpline:
     """Return the injected curve of a fit."""
     spline = fit.candidates[-1]
     assert isinstance(spline, InputSpline)
     return spline
 
 
-def standing(base: Fit, rough: Fit, held_out: Model | None) -> FreeCurve:
+def fix_external_spline(base: Fit, rough: Fit, held_out: Model | None) -> FreeCurve:
     """Fix the injected curve in the simulations of both sets and refit all other parameters."""
-    spline = pushing(rough)
+    spline = injected_spline(rough)
     place = spline.injection
     curve = Curve(
         place.name,

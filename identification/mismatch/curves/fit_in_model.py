@@ -11,7 +11,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from slipbench.identification.mismatch.curves.curve import Curve
-from slipbench.identification.mismatch.curves.fit_external import FURTHER, spline_in, standing
+from slipbench.identification.mismatch.curves.fit_external import (
+    FURTHER,
+    fix_external_spline,
+    spline_in,
+)
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.input_spline import InputSpline
 from slipbench.identification.mismatch.curves.locate import locate
@@ -27,15 +31,12 @@ from slipbench.identification.mismatch.curves.scan import enough
 from slipbench.identification.mismatch.curves.trace import sensors_as_places
 from slipbench.identification.mismatch.fit.calibrate import at_prior_mean, far_from_prior
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.following import (
-    refit_with_updated_jacobian,
-    relinearized,
-)
 from slipbench.identification.mismatch.fit.held_out import CONFIRMED, refit_on
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacobian, relinearized
 from slipbench.identification.mismatch.simulation.model import Model
-from slipbench.identification.mismatch.simulation.regressor import ROUNDS, TURN, evenly_round
+from slipbench.identification.mismatch.simulation.regressor import ROUNDS, TURN, even_angles
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
@@ -49,7 +50,9 @@ MOST = 3
 """Largest number of curves fitted together."""
 
 
-def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
+def fit_curves_in_model(
+    base: Fit, curves: Sequence[Curve], held_out: Model | None
+) -> FreeCurve | None:
     """Fit the best located curve in the simulation, and further curves that improve the fit.
 
     None where no curve can act in the simulation.
@@ -59,7 +62,7 @@ def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCu
         model = found.proven
         assert model is not None
         located = locate(Linearization.of(found.fit), Linearization.of(refit_on(found.fit, model)))
-        other = _fit_one(found.fit, [c for c in located if c.certain], model)
+        other = _fit_one(found.fit, [c for c in located if c.significant], model)
         if other is None or other.confirmed < max(CONFIRMED, FURTHER * found.confirmed):
             break
         found = found.with_another(other)
@@ -80,10 +83,10 @@ def _fit_one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> Free
         return None
     start, best = max(candidates, key=lambda t: t[1].score)
     if isinstance(best.candidates[-1], InputSpline):
-        return standing(base, best, held_out)
-    periodic = newest(best).told().kind == TURN
+        return fix_external_spline(base, best, held_out)
+    periodic = newest(best).fitted_curve().kind == TURN
     for _ in range(0 if periodic else BENDS):
-        refined = simulated(start, refined_knots(newest(best).told()))
+        refined = simulated(start, refined_knots(newest(best).fitted_curve()))
         if refined is None or refined.score < best.score:
             break
         best = refined
@@ -92,7 +95,9 @@ def _fit_one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> Free
     confirmed = 0.0
     if held_out is not None:
         confirmed = refit_on(best, held_out).score - refit_on(base, held_out).score
-    return FreeCurve(newest(best).told(), best, best.score - base.score, confirmed, held_out)
+    return FreeCurve(
+        newest(best).fitted_curve(), best, best.score - base.score, confirmed, held_out
+    )
 
 
 def _starts(rough: Fit) -> Iterator[Fit]:
@@ -115,11 +120,11 @@ def _chosen(base: Fit, curves: Sequence[Curve]) -> list[Curve]:
     an alternative.
     """
     injectable = [c for c in curves if injection_of(base, c) is not None]
-    if curves and curves[0].certain and curves[0].kind == TURN:
+    if curves and curves[0].significant and curves[0].kind == TURN:
         turning = [c for c in injectable if c.kind == TURN]
         if turning:
             return turning[:AROUND]
-    significant = [c for c in injectable if c.certain]
+    significant = [c for c in injectable if c.significant]
     if not significant:
         return injectable[:1]
     sensors = {p.name for p in sensors_as_places(base)}
@@ -146,7 +151,7 @@ def _fit_periodic(rough: Fit, curve: Curve) -> Fit | None:
     """Fit a periodic curve of an angle; orders are added while the gain justifies the knots."""
     best, count = None, 0
     for knot_count in ROUNDS:
-        fit = _with_knots(rough, curve, evenly_round(knot_count))
+        fit = _with_knots(rough, curve, even_angles(knot_count))
         if fit is None or (best and fit.score - best.score < enough(knot_count - count)):
             break
         best, count = fit, knot_count

@@ -16,7 +16,7 @@ from slipbench.identification.mismatch.simulation.sensor import Columns
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
-AT = 5 / 6
+IMPULSE_TIME = 5 / 6
 """Time of the impulse after the start of the simulation, relative to the segment length."""
 
 
@@ -25,7 +25,7 @@ def places(fit: Fit) -> list[InjectionPoint]:
     return fit.model.system.places(fit.model.partition)
 
 
-def answers(fit: Fit, place: InjectionPoint, plain: Runs) -> Series:
+def simulated_impulse_responses(fit: Fit, place: InjectionPoint, plain: Runs) -> Series:
     """Return the responses of all outputs to an impulse of one bin, by output group and record.
 
     Each is (memory, m), or empty where unaffected. plain: cached simulations without impulse; new
@@ -43,7 +43,7 @@ def _impulse_response(fit: Fit, place: InjectionPoint, r: int, plain: Runs) -> d
     model = fit.model
     grid = model.records[r].grid
     warm_up_bins = round(grid.start / grid.width)
-    first = round((grid.start + AT * grid.stretch) / grid.width)
+    first = round((grid.start + IMPULSE_TIME * grid.stretch) / grid.width)
     pulse = np.zeros(grid.rows)
     rows_per_bin = grid.rows_per_bin
     pulse[first * rows_per_bin : (first + 1) * rows_per_bin] = place.size

@@ -19,7 +19,12 @@ from slipbench.identification.mismatch.simulation.injection_point import Injecti
 from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
 from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.identification.mismatch.simulation.record import Record
-from slipbench.identification.mismatch.simulation.regressor import TURN, course, half_range, kind_of
+from slipbench.identification.mismatch.simulation.regressor import (
+    TURN,
+    curve_waveform,
+    half_range,
+    kind_of,
+)
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.signals import Floats
 
@@ -116,7 +121,7 @@ class InputSpline(Hypothesis):
         return InputDisturbance(self.injection.subsystem, disturbances)
 
     def _columns(self, record: Record, z: Floats) -> Mapping[str, Floats]:
-        waveform = course(self.regressor, z, self.knots, self.values, record.grid.step)
+        waveform = curve_waveform(self.regressor, z, self.knots, self.values, record.grid.step)
         return self.system.input_disturbance(self.injection, record, waveform)
 
     def moved(self, step: Floats) -> "InputSpline":

@@ -69,14 +69,14 @@ def locate(training: Linearization, held_out: Linearization | None) -> list[Curv
     # Curves over quantities with the same waveform are one test: they have the same gain.
     tests = len({(c.place, c.kind, round(c.log_likelihood_gain, 9)) for c in found})
     corrected = [replace(c, p=min(1.0, c.p * tests / (1.0 - SHARE))) for c in found]
-    return _simplest(sorted(corrected, key=lambda c: (not c.certain, _sort_key(c))))
+    return _simplest(sorted(corrected, key=lambda c: (not c.significant, _sort_key(c))))
 
 
 def _simplest(curves: list[Curve]) -> list[Curve]:
     """Remove detailed curves if one of few knots at the same place explains nearly as much."""
     plain: dict[str, float] = {}
     for c in curves:
-        if c.certain and c.kind == "":
+        if c.significant and c.kind == "":
             plain[c.place] = max(plain.get(c.place, 0.0), c.log_likelihood_gain)
     return [
         c

@@ -57,7 +57,7 @@ class ModelSpline(Hypothesis):
 
     def effect(self) -> Effect:
         """Return the curve as an effect of the model."""
-        knots, values = self.curve.knots, self.told().values
+        knots, values = self.curve.knots, self.fitted_curve().values
         effect_of_curve = self.system.curve(
             self.injection, self.curve.regressor, knots, values, self.number
         )
@@ -77,7 +77,7 @@ class ModelSpline(Hypothesis):
         """Return it after a step of its parameters, (p,)."""
         return replace(self, parameters=tuple(float(d) for d in np.array(self.parameters) + step))
 
-    def told(self) -> Curve:
+    def fitted_curve(self) -> Curve:
         """Return the curve with the fitted values."""
         values = self.injection.size * increments(self.curve) @ np.array(self.parameters)
         return replace(self.curve, values=values)

@@ -8,7 +8,7 @@ import numpy as np
 from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.tooth_curve import discs, tooth_columns
 from slipbench.identification.mismatch.curves.trace import (
-    over_all,
+    concatenated_bins,
     sensors_as_places,
     simulated_responses,
 )
@@ -53,7 +53,9 @@ def scan_curves(linear: Linearization, whitened: Whitened) -> Iterator[list[Curv
     for subsystem in fit.model.partition.subsystems:
         by_record = whitened.seen_by(subsystem)
         knots = {
-            n: knots_for(n, over_all(n, by_record)) for n in by_record[0][1] if kind_of(n) != TURN
+            n: knots_for(n, concatenated_bins(n, by_record))
+            for n in by_record[0][1]
+            if kind_of(n) != TURN
         }
         varying = {n: k for n, k in knots.items() if k.size > 2}
         for batch in _batches(varying, len(linear.clusters)):
@@ -115,7 +117,7 @@ def around_turns(linear: Linearization, whitened: Whitened) -> Iterator[list[Cur
     for place in (*places(linear.fit), *sensors_as_places(linear.fit)):
         by_record = whitened.seen_by(place.subsystem)
         for regressor in (n for n in by_record[0][1] if kind_of(n) == TURN):
-            knots = knots_for(regressor, over_all(regressor, by_record))
+            knots = knots_for(regressor, concatenated_bins(regressor, by_record))
             if knots.size > 2 and place.inputs:
                 values = place.size * np.eye(knots.size)
                 series = simulated_responses(linear.fit, place, regressor, knots, values, by_record)

@@ -7,7 +7,7 @@ import numpy as np
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.model import Series
-from slipbench.identification.mismatch.simulation.regressor import evenly_round
+from slipbench.identification.mismatch.simulation.regressor import even_angles
 from slipbench.plant.signals import Floats
 
 SIZE = 1e-3  # of the relative speed
@@ -30,7 +30,7 @@ def discs(fit: Fit) -> Iterator[tuple[InjectionPoint, Floats]]:
                     block.subsystem,
                     negligible=COUNTS,
                 )
-                yield place, evenly_round(offsets.shape[1])
+                yield place, even_angles(offsets.shape[1])
 
 
 def tooth_columns(fit: Fit, place: InjectionPoint) -> Series:

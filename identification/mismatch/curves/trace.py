@@ -8,21 +8,25 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from slipbench.identification.mismatch.curves.curve import Curve
-from slipbench.identification.mismatch.curves.injection import answers, places, respond
+from slipbench.identification.mismatch.curves.injection import (
+    places,
+    respond,
+    simulated_impulse_responses,
+)
 from slipbench.identification.mismatch.curves.tooth_curve import SIZE, discs, tooth_columns
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
-from slipbench.identification.mismatch.simulation.model import Runs, Series, acting, predict
+from slipbench.identification.mismatch.simulation.model import Runs, Series, added_inputs, predict
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.regressor import (
     DETAIL,
     SCALE,
     TURN,
     columns,
-    course,
+    curve_waveform,
     kind_of,
 )
 from slipbench.identification.mismatch.simulation.sampling import Grid
@@ -35,12 +39,12 @@ RecordRegressors = list[tuple[Record, dict[str, Floats]]]
 def regressors(fit: Fit, subsystem: str, r: int) -> Mapping[str, Floats]:
     """Return the recorded and simulated waveforms of one subsystem by name, (rows,) each."""
     model = fit.model
-    model_inputs = acting(model, fit.point, r)
+    model_inputs = added_inputs(model, fit.point, r)
     system, record, q = model.at(fit.point), model.records[r], fit.point.q[r]
     return system.regressors(record, model.partition, subsystem, q, model_inputs)
 
 
-def seen_by(fit: Fit, subsystem: str) -> RecordRegressors:
+def regressors_by_record(fit: Fit, subsystem: str) -> RecordRegressors:
     """Return every record with the regressors of a subsystem that all records contain."""
     waveforms = [regressors(fit, subsystem, r) for r in range(len(fit.model.records))]
     shared = sorted(set.intersection(*(set(c) for c in waveforms)))
@@ -50,7 +54,9 @@ def seen_by(fit: Fit, subsystem: str) -> RecordRegressors:
     ]
 
 
-def over_all(name: str, by_record: Sequence[tuple[Record, Mapping[str, Floats]]]) -> Floats:
+def concatenated_bins(
+    name: str, by_record: Sequence[tuple[Record, Mapping[str, Floats]]]
+) -> Floats:
     """Return a regressor in the bins of all records, concatenated, (bins,)."""
     waveforms = (
         (record, s[name][0] if kind_of(name) == SCALE else s[name]) for record, s in by_record
@@ -108,7 +114,7 @@ def effect_of(linear: Linearization, curve: Curve) -> Series:
         return [[one[:, :, 0] if one.size else one for one in block] for block in simulated]
     disturbances = [
         record.grid.binned(curve(z[curve.regressor], record.grid.step))[:, None]
-        for record, z in seen_by(linear.fit, place.subsystem)
+        for record, z in regressors_by_record(linear.fit, place.subsystem)
     ]
     responses = responses_to(impulse_responses(linear.fit, place), disturbances)
     return [[one[:, :, 0] if one.size else one for one in block] for block in responses]
@@ -120,7 +126,10 @@ def _combined(columns: Series, values: Floats) -> Series:
 
 def responses_along(fit: Fit, place: InjectionPoint, regressor: str, knots: Floats) -> Series:
     """Return the responses of the outputs per knot and unit disturbance, (T, m, knots)."""
-    binned = [in_bins(record, {regressor: knots}, z) for record, z in seen_by(fit, place.subsystem)]
+    binned = [
+        in_bins(record, {regressor: knots}, z)
+        for record, z in regressors_by_record(fit, place.subsystem)
+    ]
     return responses_to(impulse_responses(fit, place), binned)
 
 
@@ -145,7 +154,7 @@ def sensors_as_places(fit: Fit) -> list[InjectionPoint]:
 def impulse_responses(fit: Fit, place: InjectionPoint, plain: Runs | None = None) -> Series:
     """Return impulse responses, (memory, m); of a sensor, an impulse. plain: see `answers`."""
     if place.inputs:
-        return answers(fit, place, {} if plain is None else plain)
+        return simulated_impulse_responses(fit, place, {} if plain is None else plain)
     found: Series = [[np.empty(0)] * len(fit.model.records) for _ in fit.model.partition.groups]
     for b, block in enumerate(fit.model.partition.groups):
         for j, output in enumerate(block.outputs):
@@ -179,14 +188,14 @@ def simulated_responses(
     """
     model, by_record = (
         fit.model.coarse,
-        seen_by(fit, place.subsystem) if by_record is None else by_record,
+        regressors_by_record(fit, place.subsystem) if by_record is None else by_record,
     )
     system, before = model.at(fit.point), predict(model, fit.point)
     changes = []
     for values in curve_values:
         disturbances = tuple(
             system.input_disturbance(
-                place, r, course(regressor, s[regressor], knots, values, r.grid.step)
+                place, r, curve_waveform(regressor, s[regressor], knots, values, r.grid.step)
             )
             for r, s in by_record
         )

@@ -16,7 +16,7 @@ from slipbench.identification.mismatch.curves.trace import (
     RecordRegressors,
     impulse_responses,
     in_bins,
-    seen_by,
+    regressors_by_record,
 )
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.whitening import Whitener
@@ -62,7 +62,7 @@ class Waveforms:
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class WhitenedImpulseResponse:
     """Impulse response of the outputs of an output group, (memory, m), with a noise model.
 
     whole: whitened impulse response, longer by the order of the noise model. begin: its first rows,
@@ -74,10 +74,12 @@ class Answer:
     begin: Floats
 
     @staticmethod
-    def of(white: Whitener, impulse_response: Floats) -> "Answer":
+    def of(white: Whitener, impulse_response: Floats) -> "WhitenedImpulseResponse":
         """Whiten an impulse response, (memory, m)."""
         padded = np.pad(impulse_response, ((white.order, white.order), (0, 0)))
-        return Answer(white, white.innovations(padded), impulse_response[: white.order])
+        return WhitenedImpulseResponse(
+            white, white.innovations(padded), impulse_response[: white.order]
+        )
 
     def to(self, waveforms: Waveforms, record: int) -> Floats:
         """Return the whitened responses to the waveforms of a record, (bins, m, k)."""
@@ -99,14 +101,14 @@ class Whitened:
 
     fit: Fit
     seen: dict[str, RecordRegressors] = field(default_factory=dict)
-    answers: dict[str, list[list[Answer | None]]] = field(default_factory=dict)
+    answers: dict[str, list[list[WhitenedImpulseResponse | None]]] = field(default_factory=dict)
     plain: Runs = field(default_factory=dict)
     tents: dict[tuple[str, ...], Waveforms] = field(default_factory=dict)
 
     def seen_by(self, subsystem: str) -> RecordRegressors:
         """Return every record with the regressors of a subsystem that all records contain."""
         if subsystem not in self.seen:
-            self.seen[subsystem] = seen_by(self.fit, subsystem)
+            self.seen[subsystem] = regressors_by_record(self.fit, subsystem)
         return self.seen[subsystem]
 
     def along(self, subsystem: str, knots: Mapping[str, Floats]) -> Waveforms:
@@ -136,10 +138,10 @@ class Whitened:
                 first += m.size
         return stacked
 
-    def _responses(self, place: InjectionPoint) -> list[list[Answer | None]]:
+    def _responses(self, place: InjectionPoint) -> list[list[WhitenedImpulseResponse | None]]:
         """Return the responses to an impulse by output group and record; None: not affected."""
         return [
-            [Answer.of(white, one) if one.size else None for one in ones]
+            [WhitenedImpulseResponse.of(white, one) if one.size else None for one in ones]
             for white, ones in zip(
                 self.fit.noise, impulse_responses(self.fit, place, self.plain), strict=True
             )

@@ -5,10 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.far import from_its_beginning, least_squares_start
 from slipbench.identification.mismatch.fit.fitting import Fit, whitened_as
-from slipbench.identification.mismatch.fit.following import ROUGHLY, refit_with_updated_jacobian
+from slipbench.identification.mismatch.fit.least_squares_start import (
+    from_its_beginning,
+    least_squares_start,
+)
 from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.fit.refit import ROUGHLY, refit_with_updated_jacobian
 from slipbench.identification.mismatch.fit.sensitivity import sensitivities
 from slipbench.identification.mismatch.fit.stack import residuals, whiten_and_stack, whiteners
 from slipbench.identification.mismatch.fit.whitening import Whitener, even, scale_of
@@ -17,13 +20,13 @@ from slipbench.identification.mismatch.simulation.model import Model, Point, Ser
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
-STRAYED = 2.0
+BEYOND_PRIOR = 2.0
 """Prior deviations beyond which a missing effect may have moved a parameter.
 
 Of ten parameters whose errors follow their priors, at least one lies beyond in 37 of 100 cases; a
 false alarm costs one more start of a fit.
 """
-ASTRAY = 3.0
+FAR_FROM_PRIOR = 3.0
 """Prior deviations beyond which calibration itself may have diverged; by chance in 3 of 100."""
 AT_THE_END = 0.99
 """Share of the largest allowed deviation of a parameter beyond which it counts as at its bound."""
@@ -37,7 +40,7 @@ def calibrate(model: Model, start: Point) -> Fit:
 
     No effects act except those of the start. If the estimate is far from the prior, or the noise
     model predicts nearly all of the error, the calibration is repeated by plain least squares on
-    growing initial parts of the recordings (see fit/far.py), and the better fit is kept. Only the
+    growing initial parts of the recordings (see fit/least_squares_start.py), and the better fit is kept. Only the
     last refit uses fine simulation steps.
     """
     uncalibrated = start_fit(model.coarse, start)
@@ -99,7 +102,7 @@ def taken_for_noise(fit: Fit) -> float:
     return float(max(shares))
 
 
-def beyond_prior(fit: Fit, limit: float = STRAYED) -> bool:
+def beyond_prior(fit: Fit, limit: float = BEYOND_PRIOR) -> bool:
     """Return whether calibration moved a parameter farther from its prior than `limit` deviations.
 
     The parameter may then compensate for a missing effect. If the effect is added, the parameter
@@ -109,16 +112,18 @@ def beyond_prior(fit: Fit, limit: float = STRAYED) -> bool:
     return bool(parameters_far_from_prior(fit, limit))
 
 
-def parameters_far_from_prior(fit: Fit, limit: float = ASTRAY) -> list[tuple[Coordinate, float]]:
+def parameters_far_from_prior(
+    fit: Fit, limit: float = FAR_FROM_PRIOR
+) -> list[tuple[Coordinate, float]]:
     """Return parameters beyond `limit` prior deviations, with their deviations."""
     known = zip(fit.model.known, fit.point.x, strict=True)
-    bound = min(limit, AT_THE_END * fit.model.system.farthest)
+    bound = min(limit, AT_THE_END * fit.model.system.coordinate_bound)
     return [(k, float(x)) for k, x in known if abs(x) > bound and not k.of_clock]
 
 
 def far_from_prior(fit: Fit) -> bool:
     """Return whether a parameter is so far away that it must compensate for a missing effect."""
-    return beyond_prior(fit, ASTRAY)
+    return beyond_prior(fit, FAR_FROM_PRIOR)
 
 
 def at_prior_mean(fit: Fit) -> Fit:

@@ -12,12 +12,12 @@ import numpy as np
 from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
 from slipbench.identification.mismatch.fit.sizing import (
     as_size,
-    inside,
+    clipped,
     integer_parameters,
-    reach,
     shape_range,
     shaped,
     shapes,
+    size_range,
     sized,
     sizes,
     smallest,
@@ -115,9 +115,9 @@ class Candidate(Hypothesis):
             p.name: v for p, v in zip(integer_parameters(self.kind), self.integers, strict=True)
         }
         for p in sizes(self.kind):
-            values[p.name] = inside(p, sized(p, self.size))
+            values[p.name] = clipped(p, sized(p, self.size))
         for p, y in zip(shapes(self.kind), self.parameters[1:], strict=True):
-            values[p.name] = inside(p, shaped(p, getattr(self.pattern, p.name), y))
+            values[p.name] = clipped(p, shaped(p, getattr(self.pattern, p.name), y))
         return replace(self.pattern, **values)
 
     def moved(self, step: Floats) -> Self:
@@ -131,7 +131,7 @@ class Candidate(Hypothesis):
 
     def within(self) -> Self:
         """Return the candidate with its parameters clipped to their ranges."""
-        bounds = [reach(self.kind)]
+        bounds = [size_range(self.kind)]
         for p in shapes(self.kind):
             low, high = shape_range(p, getattr(self.pattern, p.name))
             bounds.append((max(low, -FAR), min(high, FAR)))

@@ -15,9 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from slipbench.identification.mismatch.fit.fitting import Fit, whitened_as
-from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacobian
 from slipbench.identification.mismatch.fit.stack import recordings
 from slipbench.identification.mismatch.simulation.model import Point, predict
 from slipbench.identification.mismatch.simulation.turn import Turn
@@ -77,7 +77,7 @@ def lines(fit: Fit) -> Lines:
     return Lines(np.array([turn.per_turn for turn in turns], np.float64), amplitude, weight)
 
 
-def begun_at(fit: Fit, own: Lines, reference: Lines | None = None) -> tuple[Fit, Lines]:
+def at_estimated_angles(fit: Fit, own: Lines, reference: Lines | None = None) -> tuple[Fit, Lines]:
     """Return the fit with the recordings starting at the angles estimated from their lines.
 
     Also return the lines at these angles. own: lines of the fit. reference: lines of other

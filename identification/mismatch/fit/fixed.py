@@ -15,12 +15,12 @@ from slipbench.identification.mismatch.fit.calibrate import (
     start_fit,
 )
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.following import (
+from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.fit.refit import (
     ROUGHLY,
     refit_with_updated_jacobian,
     relinearized,
 )
-from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.simulation.model import Model, Point, predict
 
 

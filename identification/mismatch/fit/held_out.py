@@ -10,8 +10,8 @@ import numpy as np
 from slipbench.identification.mismatch.fit.crank_phase import scanned
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised
 from slipbench.identification.mismatch.fit.floor import floors
-from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
 from slipbench.identification.mismatch.fit.optimize import at_fixed_noise, optimize
+from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacobian
 from slipbench.identification.mismatch.fit.sensitivity import change, sensitivities
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.simulation.model import Model, Point, predict
@@ -73,7 +73,7 @@ def _at_start_angles(system: System, model: Model, noise_source: Fit) -> Fit:
 
     The speed is fitted first, without the effects that depend on the crank phase.
     """
-    silent = _with_fixed_parameters(system.silenced(), model)
+    silent = _with_fixed_parameters(system.without_unseen_turns(), model)
     silent_point = renoised(at_fixed_noise(_fit_at(noise_source, silent.origin(), silent))).point
     fixed = _with_fixed_parameters(system, model)
     return scanned(
@@ -211,7 +211,9 @@ def mispredicted(model: Model, base: Fit, fit: Fit, most: float) -> Veto | None:
     return Veto(name, gain, -most, reason) if gain < -most else None
 
 
-def proof(model: Model, base: Fit, fit: Fit, improved: Model | None = None) -> list[Fit]:
+def held_out_simulations(
+    model: Model, base: Fit, fit: Fit, improved: Model | None = None
+) -> list[Fit]:
     """Held-out simulations of the file's system, the calibrated one, and that with all effects.
 
     improved: the held-out model in which the identified effects act, where it is more than the

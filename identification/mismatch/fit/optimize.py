@@ -70,7 +70,7 @@ def _step(fit: Fit, refit_noise: bool, damping_index: int) -> tuple[Fit, int]:
 def _better(fit: Fit, step: Floats, refit_noise: bool) -> Fit | None:
     """Return the fit after a step, or after its beneficial part; None where neither improves."""
     count = coordinates_of(fit.point).size
-    stepped = there(fit, step[:count], step[count:])
+    stepped = after_step(fit, step[:count], step[count:])
     if stepped is None:
         return None
     new = renoised(stepped) if refit_noise else stepped
@@ -114,7 +114,7 @@ def _part_that_helped(fit: Fit, new: Fit, step: Floats) -> Fit | None:
     own = np.array([improved.issuperset(subsystems) for subsystems in _subsystems(fit)])
     part = np.where(own, step, 0.0)
     count = coordinates_of(fit.point).size
-    return there(fit, part[:count], part[count:]) if part.any() else None
+    return after_step(fit, part[:count], part[count:]) if part.any() else None
 
 
 def _squares_by_subsystem(fit: Fit) -> dict[str, float]:
@@ -131,7 +131,7 @@ def _squares_by_subsystem(fit: Fit) -> dict[str, float]:
 def _subsystems(fit: Fit) -> list[tuple[str, ...]]:
     """Subsystems that each coordinate and each effect parameter can change."""
     system, partition = fit.model.system, fit.model.partition
-    subsystems = [system.touched(partition, c) for c in fit.model.known]
+    subsystems = [system.affected_subsystems(partition, c) for c in fit.model.known]
     subsystems += [system.slow_subsystems(partition)] * sum(q.size for q in fit.point.q)
     for candidate, effect in zip(fit.candidates, fit.point.effects, strict=False):
         subsystems += [fit.model.subsystems_changed_by(effect)] * len(candidate.parameters)
@@ -141,13 +141,13 @@ def _subsystems(fit: Fit) -> list[tuple[str, ...]]:
 def limits_of(fit: Fit, z: Floats, step: float = REACH) -> tuple[Floats, Floats]:
     """Return bounds of the coordinates for a step, (p,) each; the slow disturbance has none."""
     own = np.arange(z.size) < len(fit.point.x)
-    far = fit.model.system.farthest
+    far = fit.model.system.coordinate_bound
     low = np.maximum(z - step, np.minimum(-far, z))
     high = np.minimum(z + step, np.maximum(far, z))
     return np.where(own, low, -np.inf), np.where(own, high, np.inf)
 
 
-def there(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
+def after_step(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
     """Return the fit after a step, (p,) each; None where it cannot be simulated."""
     candidates = turned(fit.candidates, du)
     effects = tuple(c.effect() for c in candidates) if candidates else fit.point.effects

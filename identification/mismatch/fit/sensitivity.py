@@ -11,10 +11,10 @@ from slipbench.identification.mismatch.simulation.model import (
     Point,
     Runs,
     Series,
-    acting,
-    late_slopes,
-    look_along,
+    added_inputs,
+    clock_derivatives,
     misplace,
+    output_derivatives,
     predict,
 )
 from slipbench.identification.mismatch.simulation.system import System
@@ -24,7 +24,7 @@ from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 DIFFERENCE_STEP = 0.02  # of a coordinate's prior deviation
-SLOW_NUDGE = 0.2
+SLOW_DIFFERENCE_STEP = 0.2
 
 
 def sensitivities(fine_model: Model, point: Point, strengths: Sequence[float] = ()) -> Series:
@@ -52,7 +52,7 @@ def _derive(
         model.partition,
         subsystem,
         point.q[record],
-        acting(model, point, record),
+        added_inputs(model, point, record),
         model.known,
         point.x,
     )
@@ -64,9 +64,11 @@ def _derive(
         if group.subsystem == subsystem:
             known = model.known_bins[b][record]
             target = columns[b][record]
-            response = look_along(model, point, system, b, record, derivatives)
+            response = output_derivatives(model, point, system, b, record, derivatives)
             target[:, :, column_indices] = response * known[:, :, None]
-            for i, slope in late_slopes(model, point, system, b, record, derivatives.out).items():
+            for i, slope in clock_derivatives(
+                model, point, system, b, record, derivatives.out
+            ).items():
                 target[:, :, i] = slope * known
     return True
 
@@ -76,7 +78,7 @@ def _compare(model: Model, point: Point, columns: Series, strengths: Sequence[fl
     subsystems = frozenset(model.partition.subsystems)
     base = predict(model, point)
     total, of_system = coordinates_of(point).size, len(point.x)
-    defaults = [DIFFERENCE_STEP] * of_system + [SLOW_NUDGE] * (total - of_system)
+    defaults = [DIFFERENCE_STEP] * of_system + [SLOW_DIFFERENCE_STEP] * (total - of_system)
     difference_steps = [
         step_of(*pair) for pair in zip(defaults, strengths or [0.0] * total, strict=True)
     ]
@@ -123,7 +125,9 @@ def _system_shifts(
 ) -> Iterator[_Shifted]:
     """Yield a shifted point for every system parameter."""
     for i in range(len(point.x)):
-        touched = subsystems.intersection(model.system.touched(model.partition, model.known[i]))
+        touched = subsystems.intersection(
+            model.system.affected_subsystems(model.partition, model.known[i])
+        )
         if touched:
             step = difference_steps[i] * (np.arange(len(point.x)) == i)
             forward, backward = (replace(point, x=point.x + s) for s in (step, -step))
@@ -205,7 +209,7 @@ def moved(model: Model, point: Point, step: Floats) -> Point:
     ends = np.cumsum([len(point.x), *(len(q) for q in point.q)])
     x, *slow = np.split(step, ends[:-1])
     q = tuple(a + b for a, b in zip(point.q, slow, strict=True))
-    bound = model.system.farthest
+    bound = model.system.coordinate_bound
     shifted = [k.moved(*pair) for k, *pair in zip(model.known, point.x, x, strict=True)]
     low, high = np.minimum(point.x, -bound), np.maximum(point.x, bound)
     return replace(point, x=np.clip(np.array(shifted), low, high), q=q)

@@ -53,7 +53,7 @@ def trial_sizes(kind: type[Effect]) -> tuple[float, ...]:
     return (smallest(kind), 1.0, *further, LARGE)
 
 
-def reach(kind: type[Effect]) -> tuple[float, float]:
+def size_range(kind: type[Effect]) -> tuple[float, float]:
     """Return the range of valid sizes, in typical sizes.
 
     With several size parameters, the narrowest range.
@@ -80,7 +80,7 @@ def shaped(p: Parameter, nominal: float, deviation: float) -> float:
     """Return the value of a shape parameter `deviation` prior deviations from the nominal one."""
     if p.sought is not None:
         return nominal + deviation * p.sought[2]
-    if by_factors(p, nominal):
+    if is_log_scaled(p, nominal):
         return nominal * math.exp(SHAPE * deviation)
     return nominal + deviation * (p.high - p.low) / 8.0
 
@@ -89,22 +89,22 @@ def as_shape(p: Parameter, nominal: float, value: float) -> float:
     """Return the distance of a value from the nominal one, in prior deviations."""
     if p.sought is not None:
         return (value - nominal) / p.sought[2]
-    if by_factors(p, nominal):
+    if is_log_scaled(p, nominal):
         return math.log(value / nominal) / SHAPE
     return (value - nominal) * 8.0 / (p.high - p.low)
 
 
 def shape_range(p: Parameter, nominal: float) -> tuple[float, float]:
     """Return the valid range of a shape parameter, in prior deviations."""
-    low = -math.inf if by_factors(p, nominal) and p.low == 0.0 else as_shape(p, nominal, p.low)
+    low = -math.inf if is_log_scaled(p, nominal) and p.low == 0.0 else as_shape(p, nominal, p.low)
     return low, as_shape(p, nominal, p.high)
 
 
-def by_factors(p: Parameter, nominal: float) -> bool:
+def is_log_scaled(p: Parameter, nominal: float) -> bool:
     """Return whether a shape parameter varies by factors, so that its logarithm is normal."""
     return p.sought is None and nominal > 0.0 and p.low >= 0.0
 
 
-def inside(p: Parameter, value: float) -> float:
+def clipped(p: Parameter, value: float) -> float:
     """Return the nearest value within the parameter's range."""
     return float(min(max(value, p.low), p.high))

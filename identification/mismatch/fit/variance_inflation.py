@@ -42,7 +42,7 @@ class VarianceInflation:
         return np.maximum((prior + freedom * robust) / total, white), total
 
 
-def stretches(
+def cluster_variances(
     columns: Floats, residual: Floats, clusters: Integers
 ) -> tuple[Floats, Floats, Floats]:
     """Return the cluster-robust and the white variance of correlations, and degrees of freedom.
@@ -64,7 +64,7 @@ def fit_variance_inflation(
     """Fit the prior variance inflation to many columns (rows, p); a weak prior for few."""
     if columns.shape[1] < FEWEST:
         return VarianceInflation(freedom=LEAST)
-    robust, white, freedom = stretches(columns, residual, clusters)
+    robust, white, freedom = cluster_variances(columns, residual, clusters)
     usable = (white > 0.0) & (robust > 0.0)
     if usable.sum() < FEWEST:
         return VarianceInflation(freedom=LEAST)
@@ -110,7 +110,7 @@ def amplitude_p(
         return 1.0
     amplitude = float(response @ residual) / energy
     remainder = residual - amplitude * response
-    robust, white, freedom = stretches(response[:, None], remainder, clusters)
+    robust, white, freedom = cluster_variances(response[:, None], remainder, clusters)
     variance, total = inflation.moderated(robust, white, freedom)
     error = float(np.sqrt(variance[0])) / energy
     return float(stats.t.sf((amplitude - least) / error, float(total[0])))

@@ -58,7 +58,7 @@ class MotorcycleSystem(System):
     units = UNITS
     operating = "engine speed"
     direction = "throttle rate"
-    farthest = 4.0
+    coordinate_bound = 4.0
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -157,7 +157,9 @@ class MotorcycleSystem(System):
         reference = "ecu" if "ecu" in clocks else min(clocks, default="")
         return coordinates(self.vehicle, gears, clocks - {reference})
 
-    def touched(self, partition: CausalPartition, coordinate: Coordinate) -> tuple[str, ...]:
+    def affected_subsystems(
+        self, partition: CausalPartition, coordinate: Coordinate
+    ) -> tuple[str, ...]:
         """Return the servo for parameters of the servo, the motion for all others."""
         servo = "servo" in partition.subsystems and coordinate.owner == "throttle_servo"
         return ("servo",) if servo else ("motion",)
@@ -199,7 +201,9 @@ class MotorcycleSystem(System):
         x: Floats,
     ) -> Derivatives:
         """Simulate one subsystem with tangents."""
-        numbers = [i for i, k in enumerate(known) if subsystem in self.touched(partition, k)]
+        numbers = [
+            i for i, k in enumerate(known) if subsystem in self.affected_subsystems(partition, k)
+        ]
         bike = self.vehicle.motorcycle
         return derivatives(
             bike, record, partition, subsystem, q, added, self.finer, known, x, numbers

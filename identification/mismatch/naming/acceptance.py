@@ -75,7 +75,7 @@ class Acceptance:
     def keeps(self, fit: Fit, i: int, lost: Sequence[float]) -> bool:
         """Return whether effect i is kept. lost: loss without each of the effects, nats."""
         effects = zip(lost, fit.candidates, strict=True)
-        similar = [nats for nats, c in effects if alike(fit, c, fit.candidates[i])]
+        similar = [nats for nats, c in effects if same_injection_point(fit, c, fit.candidates[i])]
         required = max(ENOUGH, INEXACT * max(similar, default=0.0))
         return lost[i] >= required and self.certain(fit, i)
 
@@ -107,14 +107,14 @@ def _required_gain(new: Hypothesis) -> float:
 
 def _formula_residual(fit: Fit, new: Hypothesis) -> float:
     """Gain that inexact formulas of accepted effects may leave to a similar new effect, nats."""
-    similar = [c for c in fit.candidates if alike(fit, c, new)]
+    similar = [c for c in fit.candidates if same_injection_point(fit, c, new)]
     if not similar:
         return 0.0
     others = tuple(c for c in fit.candidates if c not in similar)
     return INEXACT * (fit.score - renoised(with_effects(fit, others)).score)
 
 
-def alike(fit: Fit, one: Hypothesis, other: Hypothesis) -> bool:
+def same_injection_point(fit: Fit, one: Hypothesis, other: Hypothesis) -> bool:
     """Return whether effects share an injection point, or act on a quantity and its only sensor."""
     own_point, other_point = place_of(fit, one), place_of(fit, other)
     if own_point and own_point == other_point:

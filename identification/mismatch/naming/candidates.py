@@ -16,7 +16,7 @@ from slipbench.identification.mismatch.fit.sizing import (
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.parameters import Parameter
 
-TRIES = 3
+TESTS_PER_EFFECT = 3
 NO_DISCS: Mapping[str, int] = {}
 ROAD = "m"
 MOST_WHOLE = 48
@@ -41,7 +41,7 @@ def candidates(kind: type[Effect], teeth: Mapping[str, int] = NO_DISCS) -> Itera
             yield from (_with_angle(first, angle, QUARTER) for angle in _full_circle_angles(kind))
 
 
-def otherwise(candidate: Candidate, backwards: bool) -> Iterator[Candidate]:
+def other_sizes(candidate: Candidate, backwards: bool) -> Iterator[Candidate]:
     """Yield the candidate at its other trial sizes; backwards: with the opposite sign."""
     sign = -1.0 if backwards and _signed(candidate.kind) else 1.0
     for size in trial_sizes(candidate.kind):
@@ -90,7 +90,7 @@ def reshaped(candidate: Candidate) -> Iterator[Candidate]:
             yield replace(candidate, parameters=parameters).within()
 
 
-def same_try(one: Candidate, other: Candidate) -> bool:
+def same_candidate(one: Candidate, other: Candidate) -> bool:
     """Return whether candidates of one effect differ only in subject and fitted parameters."""
     return one.integers == other.integers and all(
         getattr(one.pattern, p.name) == getattr(other.pattern, p.name) for p in shapes(other.kind)

@@ -11,9 +11,9 @@ from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
 from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
-from slipbench.identification.mismatch.fit.sizing import SHAPE, by_factors, limits, shapes, sizes
+from slipbench.identification.mismatch.fit.sizing import SHAPE, is_log_scaled, limits, shapes, sizes
 from slipbench.identification.mismatch.fit.stack import Integers, recordings, whiten_and_stack
-from slipbench.identification.mismatch.fit.variance_inflation import amplitude_p, stretches
+from slipbench.identification.mismatch.fit.variance_inflation import amplitude_p, cluster_variances
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.parameters import Parameter
 from slipbench.plant.signals import Floats
@@ -54,7 +54,7 @@ def deviations(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, Floats]:
     return _with_placebo_inflation(fit.candidates, np.sqrt(variance), white, freedom)
 
 
-def reaches(fit: Fit) -> Floats:
+def half_widths_of(fit: Fit) -> Floats:
     """Half width of the 95 % interval of every parameter of all effects, (p,).
 
     The variation between trials has few degrees of freedom, so that its t quantile is large.
@@ -113,7 +113,7 @@ def _robust_variance(
     fit: Fit, responses: Floats, residual: Floats, covariance: Floats, clusters: Integers
 ) -> tuple[Floats, Floats]:
     """Cluster-robust variance of every parameter and its degrees of freedom, (p,) each."""
-    robust, _, freedom = stretches(responses, residual, clusters)
+    robust, _, freedom = cluster_variances(responses, residual, clusters)
     meat = np.sqrt(robust)
     sandwich = (
         covariance
@@ -180,7 +180,7 @@ def _response_p(fit: Fit, number: int) -> float:
 
 def estimates(fit: Fit, number: int) -> list[Estimate]:
     """Estimates of the parameters of effect `number`, with intervals; integers are exact."""
-    half_widths = reaches(fit)
+    half_widths = half_widths_of(fit)
     first = sum(len(c.parameters) for c in fit.candidates[:number])
     candidate = fit.candidates[number]
     if not isinstance(candidate, Candidate):
@@ -200,7 +200,7 @@ def _formula_error(candidate: Candidate, parameter: int, p: Parameter) -> float:
     """Half width of a parameter by inexact formulas; 0 for a location or an angle."""
     if parameter == 0:
         return 0.0 if candidate.fixed_from_data else IDEAL * abs(candidate.size)
-    return IDEAL / SHAPE if by_factors(p, getattr(candidate.pattern, p.name)) else 0.0
+    return IDEAL / SHAPE if is_log_scaled(p, getattr(candidate.pattern, p.name)) else 0.0
 
 
 def _estimate(candidate: Candidate, parameter: int, p: Parameter, half_width: float) -> Estimate:

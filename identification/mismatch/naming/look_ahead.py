@@ -16,8 +16,8 @@ from slipbench.identification.mismatch.fit.calibrate import (
     start_fit,
 )
 from slipbench.identification.mismatch.fit.candidate import Candidate
-from slipbench.identification.mismatch.fit.far import least_squares_start
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
@@ -26,7 +26,7 @@ from slipbench.identification.mismatch.naming.fits import near_ones_refined
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.replacement import replacement
 from slipbench.identification.mismatch.naming.score import Score, as_known, of_one_kind, screen
-from slipbench.identification.mismatch.naming.signatures import different, directions
+from slipbench.identification.mismatch.naming.score_tests import different, directions
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
@@ -54,7 +54,9 @@ Way = Callable[[Score], Fit | None]
 """Fits an effect alone; None where it cannot be simulated."""
 
 
-def halves(named: Named, library: Sequence[type[Effect]], required: float, say: Say) -> list[Fit]:
+def first_effects(
+    named: Named, library: Sequence[type[Effect]], required: float, say: Say
+) -> list[Fit]:
     """Fit the most promising effects of each kind and direction alone; return the successful ones.
 
     Calibration can remove a motion on which the missing effect depends: a time constant of 0.5 s

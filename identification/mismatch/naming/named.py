@@ -46,7 +46,7 @@ class Named:
         return self.fit.score - self.base.score
 
 
-def left(named: Named, fit: Fit) -> Named:
+def restricted_to(named: Named, fit: Fit) -> Named:
     """Return the state reduced to the effects of a fit."""
     remaining = {c.name for c in fit.candidates}
 

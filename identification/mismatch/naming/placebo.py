@@ -57,7 +57,7 @@ def at_places(
     ]
 
 
-def usual(locations: Sequence[PlaceboLocation], at: float) -> VarianceInflation | None:
+def placebo_inflation(locations: Sequence[PlaceboLocation], at: float) -> VarianceInflation | None:
     """Return the larger variance inflation at one location, over placebo locations or trials."""
     inflations = [
         s for s in (between_places(locations, at), between_trials(locations)) if s is not None

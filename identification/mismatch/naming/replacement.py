@@ -10,9 +10,9 @@ from functools import lru_cache
 
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
-from slipbench.identification.mismatch.fit.following import relinearized
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.fit.refit import relinearized
 from slipbench.identification.mismatch.naming.score import Score, Screening, screen
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.linearization import Changes, Linearization
-from slipbench.identification.mismatch.naming.signatures import (
+from slipbench.identification.mismatch.naming.score_tests import (
     BATCH,
     batches,
     different,

@@ -17,26 +17,26 @@ from slipbench.identification.mismatch.fit.sizing import limits
 from slipbench.identification.mismatch.fit.stack import LARGEST, recordings
 from slipbench.identification.mismatch.fit.variance_inflation import amplitude_p
 from slipbench.identification.mismatch.naming.candidates import (
-    TRIES,
+    TESTS_PER_EFFECT,
     candidates,
     half_turn_shifted,
     larger,
-    otherwise,
+    other_sizes,
     place_on_the_road,
     reshaped,
-    same_try,
+    same_candidate,
 )
 from slipbench.identification.mismatch.naming.placebo import (
     CHANCE,
     PlaceboLocation,
     at_places,
-    usual,
+    placebo_inflation,
 )
 from slipbench.identification.mismatch.naming.rescreen import AGAIN, promising_again
-from slipbench.identification.mismatch.naming.signatures import batches, score_tests
+from slipbench.identification.mismatch.naming.score_tests import batches, score_tests
 from slipbench.identification.mismatch.naming.traces import Traces
 from slipbench.identification.mismatch.simulation.model import Model
-from slipbench.identification.mismatch.simulation.sensor import Rounds
+from slipbench.identification.mismatch.simulation.sensor import Quantizes
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
@@ -235,7 +235,7 @@ def _tests(typical: Sequence[Score], varied: Sequence[Score], before: Screening 
     independent = {_without_size(c) for c in powerful} & {
         _without_size(s.candidate) for s in typical
     }
-    tests = TRIES * max(len(independent), 1)
+    tests = TESTS_PER_EFFECT * max(len(independent), 1)
     return tests if before is None else max(tests, before.tests)
 
 
@@ -250,7 +250,7 @@ def as_known(candidate: Candidate, model: Model) -> Candidate:
     Recordings determine the quantization step of a channel.
     """
     candidate = beside_the_file(candidate, model.system)
-    if not isinstance(candidate.pattern, Rounds):
+    if not isinstance(candidate.pattern, Quantizes):
         return candidate
     sensors = [
         r.sensors[candidate.pattern.subject]
@@ -265,7 +265,7 @@ def at_other_places(
     found: Candidate, library: Iterable[type[Effect]], model: Model
 ) -> Iterator[Candidate]:
     """Yield the same effect and parameters at every other location where it may act."""
-    same = {c.name: c for c in of_one_kind(found, library) if same_try(c, found)}
+    same = {c.name: c for c in of_one_kind(found, library) if same_candidate(c, found)}
     for other in same.values():
         if other.name != found.name:
             yield as_known(replace(other, parameters=found.parameters).within(), model)
@@ -292,7 +292,7 @@ def _with_inflation(score: Score, locations: Mapping[str, Sequence[PlaceboLocati
     position = place_on_the_road(score.candidate.pattern)
     if position is None:
         return score
-    inflation = usual(locations[score.candidate.name], position)
+    inflation = placebo_inflation(locations[score.candidate.name], position)
     return replace(score, candidate=replace(score.candidate, placebo=inflation))
 
 
@@ -316,8 +316,8 @@ def _further_candidates(score: Score) -> list[Candidate]:
     if score.visible_gain * score.amplitude**2 <= HINT:
         return small
     shifted = list(half_turn_shifted(candidate)) if backwards else []
-    others = [*small, *otherwise(candidate, backwards)]
-    return others + [c for one in shifted for c in (one, *otherwise(one, backwards=False))]
+    others = [*small, *other_sizes(candidate, backwards)]
+    return others + [c for one in shifted for c in (one, *other_sizes(one, backwards=False))]
 
 
 def _small(score: Score) -> Iterator[Candidate]:

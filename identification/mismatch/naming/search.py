@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 
 from slipbench.identification.mismatch.fit.calibrate import beyond_prior, parameters_far_from_prior
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
 from slipbench.identification.mismatch.fit.held_out import mispredicted
 from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacobian
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
 from slipbench.identification.mismatch.naming.fits import (
     beside_the_file,
@@ -30,8 +30,13 @@ from slipbench.identification.mismatch.naming.fits import (
     others_refined,
     promising_fits,
 )
-from slipbench.identification.mismatch.naming.look_ahead import PROMISED, SECONDS, halves, pairs
-from slipbench.identification.mismatch.naming.named import ALIKE, Named, left
+from slipbench.identification.mismatch.naming.look_ahead import (
+    PROMISED,
+    SECONDS,
+    first_effects,
+    pairs,
+)
+from slipbench.identification.mismatch.naming.named import ALIKE, Named, restricted_to
 from slipbench.identification.mismatch.naming.plausibility import doubts, plausible_first
 from slipbench.identification.mismatch.naming.score import (
     Score,
@@ -70,7 +75,9 @@ class Search:
 
         required_gain: gain required of the two effects beyond the accepted ones, nats.
         """
-        singles = halves(named, self.library, named.log_likelihood_gain + required_gain, self.say)
+        singles = first_effects(
+            named, self.library, named.log_likelihood_gain + required_gain, self.say
+        )
         named = replace(named, screenings=named.screenings + 1 + len(singles))
         required = max([named.fit.score + required_gain, *(f.score + ENOUGH for f in singles)])
         without_effects = replace(named, fit=named.base, competing={}, doubts={}, found_in={})
@@ -97,7 +104,7 @@ class Search:
                 break
             others = fitted_without(named.fit, last) if last else None
             reduced = replace(
-                left(named, others or named.base), vetoes=(*named.vetoes, contradiction)
+                restricted_to(named, others or named.base), vetoes=(*named.vetoes, contradiction)
             )
             named = pruned(reduced, self._rule(reduced), self.say)
         return named

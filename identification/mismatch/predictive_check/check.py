@@ -13,12 +13,16 @@ from functools import partial
 
 import numpy as np
 
-from slipbench.identification.mismatch.analysis import Analysis, accepted, described
+from slipbench.identification.mismatch.analysis import Analysis, accepted, failure_message
 from slipbench.identification.mismatch.explain import CONCLUDED, NAMES, analyse
 from slipbench.identification.mismatch.naming.search import Say
 from slipbench.identification.mismatch.predictive_check.counts import Counts
 from slipbench.identification.mismatch.predictive_check.order import Order
-from slipbench.identification.mismatch.predictive_check.outcome import Answer, answer_of, compared
+from slipbench.identification.mismatch.predictive_check.outcome import (
+    AnalysisResult,
+    compare,
+    result_of,
+)
 from slipbench.identification.mismatch.predictive_check.replica import simulated
 from slipbench.identification.mismatch.reporting.check_result import (
     COMPLETE,
@@ -56,7 +60,7 @@ def check(a: Analysis, first: Verdict, order: Order, say: Say = lambda _: None) 
     Sets with and without the effects alternate, so that an early stop (Ctrl-C, the time limit)
     keeps results of both; an interrupted analysis is not counted.
     """
-    reference = answer_of(a, first)
+    reference = result_of(a, first)
     counts, start = Counts(reference.names), order.clock()
 
     def report_within_limit(message: str) -> None:
@@ -87,7 +91,7 @@ def _has_simulable_mismatch(a: Analysis) -> bool:
 
 
 def _tasks(
-    a: Analysis, reference: Answer, order: Order, counts: Counts
+    a: Analysis, reference: AnalysisResult, order: Order, counts: Counts
 ) -> Iterator[tuple[str, Callable[[Say], None]]]:
     """Yield the analyses to do: a label and a function that runs the analysis."""
     for number in range(1, order.count + 1):
@@ -104,12 +108,12 @@ def _tasks(
 
 
 def _analyse_with_effects(
-    a: Analysis, reference: Answer, order: Order, number: int, counts: Counts, say: Say
+    a: Analysis, reference: AnalysisResult, order: Order, number: int, counts: Counts, say: Say
 ) -> None:
     if (simulation := _simulate(a, order, number, True, counts)) is not None:
         replica, truth = simulation
         repeated = _analyse(replica, order, counts.failures, say)
-        counts.again.append(compared(reference, repeated, truth))
+        counts.again.append(compare(reference, repeated, truth))
 
 
 def _analyse_without_effects(
@@ -128,11 +132,11 @@ def _simulate(
     try:
         return simulated(a, rng, with_effects)
     except PlantError as fault:
-        counts.failures.append(described("simulation", fault))
+        counts.failures.append(failure_message("simulation", fault))
         return None
 
 
-def _analyse(a: Analysis, order: Order, failures: list[str], say: Say) -> Answer:
+def _analyse(a: Analysis, order: Order, failures: list[str], say: Say) -> AnalysisResult:
     """Return the result for a simulated set; a failed analysis counts as one without a result."""
     try:
         analyse(a, order.library, say, until=CONCLUDED)
@@ -141,5 +145,5 @@ def _analyse(a: Analysis, order: Order, failures: list[str], say: Say) -> Answer
     except Exception as fault:
         if is_interrupt(fault):
             raise KeyboardInterrupt from fault
-        failures.append(described(NAMES[a.done], fault))
-    return answer_of(a, verdict(a))
+        failures.append(failure_message(NAMES[a.done], fault))
+    return result_of(a, verdict(a))

@@ -7,7 +7,7 @@ from scipy import linalg
 
 from slipbench.identification.mismatch.analysis import Analysis, accepted
 from slipbench.identification.mismatch.fit.fitting import Fit, deviations
-from slipbench.identification.mismatch.fit.optimize import limits_of, there
+from slipbench.identification.mismatch.fit.optimize import after_step, limits_of
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of
 from slipbench.plant.signals import Floats
 
@@ -15,12 +15,12 @@ SHARES = (1.0, 0.5, 0.0)
 """Fractions of a drawn step; the smaller ones where the simulation fails at the full step."""
 
 
-def drawn(a: Analysis, rng: np.random.Generator) -> tuple[Fit, Fit | None]:
+def draw_from_posterior(a: Analysis, rng: np.random.Generator) -> tuple[Fit, Fit | None]:
     """Draw parameters, effects and the slow disturbance: training and held-out fit.
 
     A free curve that replaces the effects is not drawn: its knots have no posterior.
     """
-    fit, held_out = accepted(a), a.proof[2] if a.proof else None
+    fit, held_out = accepted(a), a.held_out_runs[2] if a.held_out_runs else None
     if a.free is None or fit is not a.free.fit:
         fit = _displaced(fit, rng)
     if held_out is None:
@@ -31,7 +31,7 @@ def drawn(a: Analysis, rng: np.random.Generator) -> tuple[Fit, Fit | None]:
     return fit, replace(drawn_held_out, model=model)
 
 
-def bare(fit: Fit, held_out: Fit | None) -> tuple[Fit, Fit | None]:
+def without_effects(fit: Fit, held_out: Fit | None) -> tuple[Fit, Fit | None]:
     """Remove effects and free curves from both fits; parameters and slow disturbances stay."""
     model = replace(fit.model, injected=())
     fit = replace(fit, model=model, point=replace(fit.point, effects=()), candidates=())
@@ -47,7 +47,7 @@ def _displaced(fit: Fit, rng: np.random.Generator) -> Fit:
     low, high = limits_of(fit, z, np.inf)
     for fraction in SHARES:
         step_in_bounds = np.clip(fraction * step[: z.size], low - z, high - z)
-        if (displaced := there(fit, step_in_bounds, fraction * step[z.size :])) is not None:
+        if (displaced := after_step(fit, step_in_bounds, fraction * step[z.size :])) is not None:
             return displaced
     return fit
 

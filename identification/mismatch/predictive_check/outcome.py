@@ -36,7 +36,7 @@ def key_of(effect: FoundEffect) -> str:
 
 
 @dataclass(frozen=True)
-class Answer:
+class AnalysisResult:
     """Verdict of an analysis, and the injection points of its effects or its free curve."""
 
     verdict: Verdict
@@ -51,17 +51,19 @@ class Answer:
         return tuple(key_of(e) for e in result.effects)
 
 
-def answer_of(a: Analysis, verdict: Verdict) -> Answer:
+def result_of(a: Analysis, verdict: Verdict) -> AnalysisResult:
     """Return the result of an analysis, with the places where its effects or its curve act."""
     if verdict.effects and a.named is not None:
         patterns = [c.pattern for c in a.named.fit.effects]
         places = (a.system.acts_at(p) or p.subject.partition("/")[0] for p in patterns)
-        return Answer(verdict, frozenset(places))
+        return AnalysisResult(verdict, frozenset(places))
     location = verdict.location
-    return Answer(verdict, frozenset([location.injection] if location and verdict.mismatch else []))
+    return AnalysisResult(
+        verdict, frozenset([location.injection] if location and verdict.mismatch else [])
+    )
 
 
-def compared(first: Answer, again: Answer, truth: Mapping[str, Effect]) -> Compared:
+def compare(first: AnalysisResult, again: AnalysisResult, truth: Mapping[str, Effect]) -> Compared:
     """Compare a repeated result with the first one. truth: simulated effects by name."""
     classes = (*first.verdict.equivalents, *again.verdict.equivalents)
     contained, intervals = _count_inside(again.verdict, truth)
@@ -71,13 +73,16 @@ def compared(first: Answer, again: Answer, truth: Mapping[str, Effect]) -> Compa
         again.names,
         same,
         under_other_names or first.places == again.places,
-        {n: any(alike(n, other, classes) for other in again.names) for n in first.names},
+        {
+            n: any(indistinguishable(n, other, classes) for other in again.names)
+            for n in first.names
+        },
         contained,
         intervals,
     )
 
 
-def alike(one: str, other: str, classes: Sequence[Sequence[str]]) -> bool:
+def indistinguishable(one: str, other: str, classes: Sequence[Sequence[str]]) -> bool:
     """Return whether two names are equal, or in one class of indistinguishable names."""
     return one == other or any({one, other} <= _single_names(names) for names in classes)
 
@@ -91,7 +96,7 @@ def _matches(
     expected: Sequence[str], identified: Sequence[str], classes: Sequence[Sequence[str]]
 ) -> bool:
     return len(expected) == len(identified) and any(
-        all(alike(a, b, classes) for a, b in zip(expected, permutation, strict=True))
+        all(indistinguishable(a, b, classes) for a, b in zip(expected, permutation, strict=True))
         for permutation in permutations(identified)
     )
 

@@ -7,11 +7,11 @@ from typing import Any
 from slipbench.identification.mismatch.analysis import (
     Analysis,
     accepted,
-    described,
     equivalents,
+    failure_message,
+    localizing_curve,
     not_excited,
     unexplained,
-    where_found,
 )
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
@@ -61,7 +61,7 @@ def verdict(a: Analysis) -> Verdict:
                 written=a.system.written,
             )
         except Exception as error:  # keep the earlier results
-            a.failure = a.failure or described("conclusion", error)
+            a.failure = a.failure or failure_message("conclusion", error)
     return Verdict(None, None, left_out=_left_out(a), complete=False, failure=a.failure)
 
 
@@ -70,7 +70,7 @@ def _partial_verdict(a: Analysis) -> Verdict:
     if not a.before:
         return Verdict(None, None, left_out=_left_out(a))
     p_value = _smallest_p(a.before)
-    location = _location(a, where_found(a), a.when)
+    location = _location(a, localizing_curve(a), a.operating_region)
     return Verdict(True if p_value < FAMILY else None, p_value, location, left_out=_left_out(a))
 
 
@@ -89,7 +89,7 @@ def _complete_verdict(a: Analysis) -> Verdict:
         suspected=None if location else _suspected(a),
         effects=effects,
         unknown=unknown,
-        shape=_shape(a, where_found(a) or curves[0]) if unknown and curves else "",
+        shape=_shape(a, localizing_curve(a) or curves[0]) if unknown and curves else "",
         remains=_remains(a) if not unknown else None,
         curve=_curve(a.free),
         equivalents=tuple(equivalents(a.named)) if not unknown else (),
@@ -118,9 +118,9 @@ def _doubts(named: Named) -> dict[str, str]:
 
 def _improvement(a: Analysis) -> Improvement | None:
     """Compare the re-calibrated and the accepted system on the held-out recordings."""
-    if not a.proof or a.base is None or accepted(a) is a.base:
+    if not a.held_out_runs or a.base is None or accepted(a) is a.base:
         return None
-    return improvement(*a.proof[1:])
+    return improvement(*a.held_out_runs[1:])
 
 
 def _left_out(a: Analysis) -> tuple[str, ...]:
@@ -197,10 +197,10 @@ def _conclude_location(
     regressor: of the first accepted effect.
     """
     assert a.named is not None
-    localized = _location(a, where_found(a), a.when)
+    localized = _location(a, localizing_curve(a), a.operating_region)
     of_effects = None if unknown else _location_of_effects(a.system, a.named, regressor)
     if of_effects is None:
-        significant = curves[0] if unknown and curves and curves[0].certain else None
+        significant = curves[0] if unknown and curves and curves[0].significant else None
         return localized or _location(a, significant)
     if localized is None:
         return of_effects

@@ -14,7 +14,11 @@ from matplotlib.axes import Axes
 
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.reporting.improvement import OutputImprovement, within
-from slipbench.identification.mismatch.reporting.over_regressor import edges_of, followed, means
+from slipbench.identification.mismatch.reporting.over_regressor import (
+    delayed_regressor,
+    edges_of,
+    means,
+)
 from slipbench.identification.mismatch.simulation.regressor import quantity_of
 from slipbench.identification.mismatch.simulation.written_units import SI, WrittenUnits
 from slipbench.identification.report import drawing as d
@@ -127,7 +131,7 @@ def _plot_over_regressor(
 ) -> None:
     """Draw the mean residuals in the band over the regressor, and the simulated change."""
     change = residuals.in_band(residuals.change)
-    x, lag = followed(residuals.runs[1], regressor, change)
+    x, lag = delayed_regressor(residuals.runs[1], regressor, change)
     factor, unit = written.factor(_si_unit(residuals, regressor), quantity_of(regressor))
     if not x:
         x, factor, unit = change, 1.0, residuals.unit

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from slipbench.identification.mismatch.analysis import Analysis, unexplained
 from slipbench.identification.mismatch.naming.named import ALIKE, Named
-from slipbench.identification.mismatch.reporting.memo import along
+from slipbench.identification.mismatch.reporting.memo import regressor_in_words
 from slipbench.identification.mismatch.reporting.verdict import Verdict
 
 SHOWN = 5
@@ -71,7 +71,7 @@ def _rows_of_curves(a: Analysis, verdict: Verdict) -> Iterator[Hypothesis]:
         yield Hypothesis(
             name, a.free.log_likelihood_gain, held_out, "accepted: no name explains as much", True
         )
-    for c in [c for c in a.before if c.certain][:SHOWN]:
+    for c in [c for c in a.before if c.significant][:SHOWN]:
         held_out = c.confirmed if a.held_out else None
         yield Hypothesis(
             _curve_name(c.place, c.regressor),
@@ -88,7 +88,7 @@ def _rows_of_vetoes(verdict: Verdict) -> Iterator[Hypothesis]:
 
 
 def _curve_name(place: str, regressor: str) -> str:
-    return f"free curve at {place}{along(regressor)}"
+    return f"free curve at {place}{regressor_in_words(regressor)}"
 
 
 def _without_underscores(name: str) -> str:

@@ -5,7 +5,7 @@ import numpy as np
 from slipbench.identification.mismatch.curves.model_spline import ModelSpline
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.stack import Nuisances
-from slipbench.identification.mismatch.naming.interval import estimates, reaches
+from slipbench.identification.mismatch.naming.interval import estimates, half_widths_of
 from slipbench.identification.mismatch.simulation.coordinates import NORMAL_95
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.signals import Floats
@@ -34,7 +34,7 @@ def _half_widths_of_curves(fit: Fit) -> dict[str, float]:
     half_widths = dict[str, float]()
     if not any(isinstance(c, ModelSpline) for c in fit.candidates):
         return half_widths
-    first, all_half_widths = 0, reaches(fit)
+    first, all_half_widths = 0, half_widths_of(fit)
     for candidate in fit.candidates:
         if isinstance(candidate, ModelSpline):
             half_widths |= candidate.half_widths(

@@ -27,7 +27,7 @@ MIDDLE = 0.8
 """Fraction of the power of the difference that a band contains."""
 FEWEST = 4
 """Minimum number of pieces of time for an interval."""
-WORTH_TELLING = 0.01
+RELEVANT_CHANGE = 0.01
 """Smallest relevant relative change of an error."""
 NOT_KNOWN = (0.0, float("inf"))
 
@@ -43,13 +43,13 @@ class Change:
     @property
     def falls(self) -> bool:
         """Whether the decrease of the error is significant and relevant."""
-        smaller = self.improved < (1.0 - WORTH_TELLING) * self.calibrated
+        smaller = self.improved < (1.0 - RELEVANT_CHANGE) * self.calibrated
         return smaller and self.interval[1] < 1.0
 
     @property
     def rises(self) -> bool:
         """Whether the increase of the error is significant and relevant."""
-        larger = self.improved > (1.0 + WORTH_TELLING) * self.calibrated
+        larger = self.improved > (1.0 + RELEVANT_CHANGE) * self.calibrated
         return larger and self.interval[0] > 1.0
 
 

@@ -48,13 +48,19 @@ def _finding(verdict: Verdict) -> str:
         return _no_mismatch(verdict)
     location = verdict.location
     if verdict.unknown:
-        place = f" It acts as {location.injection}{along(location.regressor)}" if location else ""
+        place = (
+            f" It acts as {location.injection}{regressor_in_words(location.regressor)}"
+            if location
+            else ""
+        )
         return (
             "Mismatch detected: no effect of the library explains it."
             f"{place}: {verdict.shape}.{_held_out_improvement(verdict)}"
         )
     if not verdict.effects:
-        place = f" at {location.injection}{along(location.regressor)}" if location else ""
+        place = (
+            f" at {location.injection}{regressor_in_words(location.regressor)}" if location else ""
+        )
         return f"Mismatch detected{place}; the effect is not identified yet."
     missing = "; ".join(_effect_in_words(e, verdict) for e in verdict.effects if e.stated is None)
     existing = "; ".join(
@@ -66,9 +72,9 @@ def _finding(verdict: Verdict) -> str:
     )
 
 
-def effect_along(effect: FoundEffect) -> str:
+def effect_regressor_in_words(effect: FoundEffect) -> str:
     """Return the regressor of an effect in words."""
-    return along(effect.regressor) or " (along no single quantity)"
+    return regressor_in_words(effect.regressor) or " (along no single quantity)"
 
 
 def _no_mismatch(verdict: Verdict) -> str:
@@ -99,7 +105,7 @@ def chance(verdict: Verdict) -> str:
     return "not known" if verdict.p_value is None else f"{verdict.p_value:.2g}"
 
 
-def along(regressor: str) -> str:
+def regressor_in_words(regressor: str) -> str:
     """Return a regressor in words, with a leading space; empty without a regressor."""
     kind, quantity = kind_of(regressor), quantity_of(regressor)
     if kind == SCALE:
@@ -184,14 +190,14 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
     where = verdict.location
     if where:
         yield (
-            f"  where          {where.injection} ({where.block}){along(where.regressor)}:"
+            f"  where          {where.injection} ({where.block}){regressor_in_words(where.regressor)}:"
             f" {where.shape}; log-likelihood gain {where.gain:.0f} nats,"
             f" held out {where.confirmed:.0f} nats"
         )
     if where and where.band and where.region:
         yield (f"  when           {circumstances(where, verdict.written)}")
     for effect in verdict.effects:
-        yield f"  {effect.name} acts{effect_along(effect)}"
+        yield f"  {effect.name} acts{effect_regressor_in_words(effect)}"
         for p in (shown(p, effect, verdict) for p in effect.parameters):
             yield f"  {effect.name}.{p.name} = {p.value:.5g} [{p.low:.5g}, {p.high:.5g}] {p.unit}"
         yield f"    trace: {effect.trace}"
@@ -276,7 +282,7 @@ def left_out(verdict: Verdict) -> Iterator[str]:
 def remains(residual: Remains) -> str:
     """Report the residual of the accepted effects."""
     return (
-        f"{residual.injection}{along(residual.regressor)}: {residual.shape};"
+        f"{residual.injection}{regressor_in_words(residual.regressor)}: {residual.shape};"
         f" {100 * residual.share:.2g} % of the"
         " mean square that the accepted effects explain"
     )

@@ -6,18 +6,18 @@ from importlib.resources import files
 import jinja2
 from markupsafe import Markup
 
-from slipbench.identification.mismatch.analysis import Analysis, accepted, described
+from slipbench.identification.mismatch.analysis import Analysis, accepted, failure_message
 from slipbench.identification.mismatch.reporting.check_in_words import check_lines
 from slipbench.identification.mismatch.reporting.evidence_figure import Residuals, evidence_svg
 from slipbench.identification.mismatch.reporting.hypotheses import hypotheses
 from slipbench.identification.mismatch.reporting.improvement_in_words import ratio, shown_by
 from slipbench.identification.mismatch.reporting.memo import (
-    along,
     chance,
     circumstances,
     early_end,
     far_in_words,
     left_out,
+    regressor_in_words,
     sentence,
     shown,
     shown_error,
@@ -36,14 +36,14 @@ NOT_IN_THE_FILE = (
 
 def memo_page(a: Analysis, verdict: Verdict) -> str:
     """Return the HTML page: finding, figures, hypotheses, limitations and numbers."""
-    significant = [c for c in a.before if c.certain]
+    significant = [c for c in a.before if c.significant]
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {
         "words": lambda s: s.replace("_", " "),
         "short": lambda x: f"{x:.4g}",
-        "along": along,
+        "along": regressor_in_words,
         "nats": lambda x: "" if x is None else f"{x:.0f}",
         "ratio": lambda c: ratio(c).removeprefix("ratio "),
         "in_file_unit": lambda p, e: shown(p, e, verdict),
@@ -95,7 +95,7 @@ def _evidence(a: Analysis, verdict: Verdict) -> tuple[Residuals, str, WrittenUni
     shown = shown_by(verdict.improvement, verdict.headline)
     regressor = verdict.effects[0].regressor if verdict.effects else ""
     regressor = a.free.curve.regressor if a.free and not regressor else regressor
-    residuals = Residuals.of(a.proof[1:], shown, verdict.written)
+    residuals = Residuals.of(a.held_out_runs[1:], shown, verdict.written)
     return residuals, regressor, verdict.written
 
 
@@ -104,7 +104,7 @@ def _figure(draw: Callable[[], str]) -> Markup:
     try:
         return Markup(draw())
     except Exception as error:
-        return Markup('<p class="note">Not drawn: {}</p>').format(described("figure", error))
+        return Markup('<p class="note">Not drawn: {}</p>').format(failure_message("figure", error))
 
 
 def in_the_file(a: Analysis) -> bool:
@@ -130,11 +130,11 @@ def _not_excited(verdict: Verdict) -> Iterator[tuple[str, str]]:
 
 def _limitations(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
     """Yield the limitations of the result: heading and text."""
-    residual_curves = [c for c in a.after if c.certain]
+    residual_curves = [c for c in a.after if c.significant]
     if residual_curves:
         yield (
             "residual",
-            f"{residual_curves[0].place}{along(residual_curves[0].regressor)},"
+            f"{residual_curves[0].place}{regressor_in_words(residual_curves[0].regressor)},"
             f" {residual_curves[0].log_likelihood_gain:.0f} nats",
         )
     elif a.done > RESIDUAL_TEST:

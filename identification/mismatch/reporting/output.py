@@ -8,7 +8,7 @@ from pathlib import Path
 
 import tomli_w
 
-from slipbench.identification.mismatch.analysis import Analysis, accepted, described
+from slipbench.identification.mismatch.analysis import Analysis, accepted, failure_message
 from slipbench.identification.mismatch.reporting.improved import improved_system
 from slipbench.identification.mismatch.reporting.memo_page import memo_page
 from slipbench.identification.mismatch.reporting.open_questions import NAME, open_questions_text
@@ -51,7 +51,7 @@ def write_outputs(
         try:
             text = text_of()
         except Exception as error:  # write the other files
-            analysis.failure = analysis.failure or described(f"writing {path.name}", error)
+            analysis.failure = analysis.failure or failure_message(f"writing {path.name}", error)
             continue
         _write(path, text)
         written.append(path)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slipbench.identification.mismatch.curves.trace import over_all, seen_by
+from slipbench.identification.mismatch.curves.trace import concatenated_bins, regressors_by_record
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.stack import Integers
 from slipbench.identification.mismatch.simulation.regressor import TURN, kind_of
@@ -18,7 +18,7 @@ ENOUGH = 0.25
 """Share of the simulated change that the regressor must explain to be the abscissa."""
 
 
-def followed(fit: Fit, regressor: str, change: list[Floats]) -> tuple[list[Floats], float]:
+def delayed_regressor(fit: Fit, regressor: str, change: list[Floats]) -> tuple[list[Floats], float]:
     """Return the regressor, (T,) by record, delayed by the lag of the simulated change; the lag, s.
 
     Empty where the regressor does not explain the change. change: (T,) by record.
@@ -38,11 +38,11 @@ def _regressor_waveforms(fit: Fit, regressor: str) -> list[Floats]:
     """Return the regressor in the bins of every record; empty where no subsystem provides it."""
     for subsystem in reversed(tuple(fit.model.partition.subsystems)):
         try:
-            regressors = seen_by(fit, subsystem)
+            regressors = regressors_by_record(fit, subsystem)
         except PlantError:
             continue
         if regressor in regressors[0][1]:
-            waveforms = [over_all(regressor, [one]) for one in regressors]
+            waveforms = [concatenated_bins(regressor, [one]) for one in regressors]
             is_angle = kind_of(regressor) == TURN
             return [np.mod(c, 2.0 * np.pi) for c in waveforms] if is_angle else waveforms
     return []

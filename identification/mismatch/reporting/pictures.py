@@ -11,7 +11,7 @@ from slipbench.identification.mismatch.simulation.regressor import (
     ROUNDS,
     SCALE,
     TURN,
-    after_a_turn,
+    change_after_reversal,
     quantity_of,
     step_response,
 )
@@ -70,7 +70,7 @@ def _points(curve: Curve) -> tuple[Floats, Floats]:
     """Return the points of a curve: its knots, a turn, or the step response of a history."""
     if curve.kind == HYSTERESIS:
         travel = np.linspace(0.0, 2.0 * float(curve.knots.max()), 81)
-        return travel, after_a_turn(curve.knots, curve.values, travel)
+        return travel, change_after_reversal(curve.knots, curve.values, travel)
     if curve.kind == TURN and curve.knots.size in ROUNDS:
         angle = np.linspace(0.0, 2.0 * np.pi, 181)
         return angle, curve(angle)

@@ -12,7 +12,7 @@ import numpy as np
 
 from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.tooth_curve import discs
-from slipbench.identification.mismatch.curves.trace import over_all, sensors_as_places
+from slipbench.identification.mismatch.curves.trace import concatenated_bins, sensors_as_places
 from slipbench.identification.mismatch.curves.whitened import Whitened
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
@@ -99,7 +99,7 @@ def _shares(fit: Fit, place: InjectionPoint, responses: Floats) -> Iterator[tupl
     whitened, total_power = Whitened(fit), np.sum(responses**2, axis=0)
     regressors = whitened.seen_by(place.subsystem) if total_power.size else []
     for name in regressors[0][1] if regressors else ():
-        knots = knots_for(name, over_all(name, regressors))
+        knots = knots_for(name, concatenated_bins(name, regressors))
         if kind_of(name) in (TURN, DETAIL) or knots.size < 3:
             continue
         tent_basis = whitened.along(place.subsystem, {name: knots})

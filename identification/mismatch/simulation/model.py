@@ -14,7 +14,7 @@ from slipbench.identification.mismatch.simulation.derivatives import Derivatives
 from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
 from slipbench.identification.mismatch.simulation.once import once
 from slipbench.identification.mismatch.simulation.record import Record
-from slipbench.identification.mismatch.simulation.sensor import Columns, Rounds, Sensor
+from slipbench.identification.mismatch.simulation.sensor import Columns, Quantizes, Sensor
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.encoder import Misplaces
@@ -24,7 +24,7 @@ Series = list[list[Floats]]
 """By output group and record: (T, m)."""
 Runs = dict[tuple[int, str], Columns]
 """Simulations by record and subsystem."""
-LOOK = 0.02
+DIFFERENCE_STEP = 0.02
 """Finite-difference step of a coordinate, for derivatives of sensor outputs."""
 PUNCTUAL: Mapping[str, float] = {}
 
@@ -147,7 +147,7 @@ def models(system: System, *sets: Sequence[Record]) -> list[Model]:
     return [Model(system, tuple(records), partition, known) for records in sets]
 
 
-def acting(
+def added_inputs(
     model: Model, point: Point, record: int, extra: Mapping[str, Floats] | None = None
 ) -> dict[str, Floats]:
     """Return values added to a record's inputs: injected, of the point's effects, extra."""
@@ -169,7 +169,7 @@ def simulate(
 ) -> Columns:
     """Simulate one subsystem of one record. extra: values added to columns of the inputs."""
     simulated = model.at(point) if system is None else system
-    added = acting(model, point, record, extra)
+    added = added_inputs(model, point, record, extra)
     return simulated.simulate(
         model.records[record], model.partition, subsystem, point.q[record], added
     )
@@ -187,7 +187,7 @@ def predict(
     runs: simulations of this point, if there are any; new simulations are added.
     """
     system = model.at(point)
-    effects = [e for e in system.effects if not (model.stepless and isinstance(e, Rounds))]
+    effects = [e for e in system.effects if not (model.stepless and isinstance(e, Quantizes))]
     requested = set(model.partition.subsystems if subsystems is None else subsystems)
     predicted: Series = [[np.empty(0)] * len(model.records) for _ in model.partition.groups]
     for r in range(len(model.records)) if records is None else records:
@@ -196,26 +196,32 @@ def predict(
             if group.subsystem in requested:
                 record = model.records[r]
                 outputs = _stack(
-                    group, record, outs[group.subsystem], effects, lateness(model, point, group)
+                    group,
+                    record,
+                    outs[group.subsystem],
+                    effects,
+                    clock_offsets(model, point, group),
                 )
                 misplace(outputs, group.outputs, record, system.effects)
                 predicted[b][r] = outputs
     return predicted
 
 
-def look_along(
+def output_derivatives(
     model: Model, point: Point, system: System, group_index: int, record: int, run: Derivatives
 ) -> Floats:
     """Return derivatives of an output group in the directions of a run, (T, m, k)."""
     sensors, effects, clock_offsets = _sensors_of(model, point, system, group_index, record)
     slopes = [
-        s.observe_derivatives(run.out, run.slopes, effects, clock_offsets.get(s.clock, 0.0), LOOK)
+        s.observe_derivatives(
+            run.out, run.slopes, effects, clock_offsets.get(s.clock, 0.0), DIFFERENCE_STEP
+        )
         for s in sensors
     ]
     return np.stack(slopes, axis=1)
 
 
-def late_slopes(
+def clock_derivatives(
     model: Model, point: Point, system: System, group_index: int, record: int, out: Columns
 ) -> dict[int, Floats]:
     """Return derivatives of an output group to each clock's coordinate, (T, m) by its index."""
@@ -223,13 +229,13 @@ def late_slopes(
     slopes = {}
     for i, known in enumerate(model.known):
         if known.name in clock_offsets and known.of_clock:
-            step = LOOK * known.slope(float(point.x[i]))
+            step = DIFFERENCE_STEP * known.slope(float(point.x[i]))
             shifted = {**clock_offsets, known.name: clock_offsets[known.name] + step}
             both = [
                 np.column_stack([s.observe(out, effects, d.get(s.clock, 0.0)) for s in sensors])
                 for d in (shifted, clock_offsets)
             ]
-            slopes[i] = (both[0] - both[1]) / LOOK
+            slopes[i] = (both[0] - both[1]) / DIFFERENCE_STEP
     return slopes
 
 
@@ -237,10 +243,10 @@ def _sensors_of(
     model: Model, point: Point, system: System, group_index: int, record: int
 ) -> tuple[list[Sensor], list[Effect], dict[str, float]]:
     """Return the sensors of an output group, effects on them, and their clock offsets in s."""
-    effects = [e for e in system.effects if not (model.stepless and isinstance(e, Rounds))]
+    effects = [e for e in system.effects if not (model.stepless and isinstance(e, Quantizes))]
     group = model.partition.groups[group_index]
     sensors = [model.records[record].sensors[o] for o in group.outputs]
-    return sensors, effects, lateness(model, point, group)
+    return sensors, effects, clock_offsets(model, point, group)
 
 
 def _run(
@@ -253,7 +259,7 @@ def _run(
     return runs[record, subsystem]
 
 
-def lateness(model: Model, point: Point, group: OutputGroup) -> dict[str, float]:
+def clock_offsets(model: Model, point: Point, group: OutputGroup) -> dict[str, float]:
     """Return the offset of each uncertain clock, s; positive where it shows too much."""
     clocks = model.clocks if group.sensors_suspected else ()
     return {k.name: k.at(float(point.x[i])) for i, k in clocks}

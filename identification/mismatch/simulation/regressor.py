@@ -95,7 +95,7 @@ def knots_for(regressor: str, z: Floats) -> Floats:
         low, high = np.quantile(z, ENDS)
         return WIDTHS * (high - low) if high > low else np.empty(0)
     if kind_of(regressor) == TURN:
-        return evenly_round(KNOTS) if np.ptp(z) > 2.0 * np.pi else np.empty(0)
+        return even_angles(KNOTS) if np.ptp(z) > 2.0 * np.pi else np.empty(0)
     return knots_between(z, FINE if kind_of(regressor) == DETAIL else KNOTS)
 
 
@@ -118,7 +118,7 @@ def columns(regressor: str, z: Floats, knots: Floats, step: float) -> Iterator[F
             yield np.interp(z, knots, row)
 
 
-def course(regressor: str, z: Floats, knots: Floats, values: Floats, step: float) -> Floats:
+def curve_waveform(regressor: str, z: Floats, knots: Floats, values: Floats, step: float) -> Floats:
     """Return the waveform of a curve, (rows,)."""
     if kind_of(regressor) == SCALE:
         return np.asarray(z[1] * np.interp(z[0], knots, values))
@@ -146,7 +146,7 @@ def finer(regressor: str, knots: Floats) -> Floats:
     return knots
 
 
-def evenly_round(count: int) -> Floats:
+def even_angles(count: int) -> Floats:
     """Return evenly spaced angles of a turn, rad."""
     return 2.0 * np.pi * np.arange(count) / count
 
@@ -156,7 +156,7 @@ def step_response(knots: Floats, values: Floats, time: Floats) -> Floats:
     return np.interp(time, knots, np.cumsum(values))
 
 
-def after_a_turn(widths: Floats, values: Floats, distance: Floats) -> Floats:
+def change_after_reversal(widths: Floats, values: Floats, distance: Floats) -> Floats:
     """Return the change of a hysteresis curve after a reversal, without its part linear in z.
 
     distance: of z since the reversal, in the unit of the half widths.

@@ -15,7 +15,7 @@ from slipbench.identification.mismatch.simulation.model import (
     Point,
     Runs,
     Series,
-    lateness,
+    clock_offsets,
     predict,
 )
 from slipbench.identification.mismatch.simulation.record import Record
@@ -37,7 +37,7 @@ def replicated(model: Model, point: Point, noise: Series, like: Iterable[Record]
     for r, record in enumerate(like):
         sensors = dict(record.sensors)
         for b, group in enumerate(model.partition.groups):
-            offsets, out = lateness(model, point, group), runs[r, group.subsystem]
+            offsets, out = clock_offsets(model, point, group), runs[r, group.subsystem]
             for j, name in enumerate(group.outputs):
                 added = noise[b][r][:, j]
                 sensor = sensors[name]

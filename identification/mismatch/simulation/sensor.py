@@ -42,7 +42,7 @@ Integers = npt.NDArray[np.int_]
 
 
 @runtime_checkable
-class ToldAgain(Protocol):
+class RepeatsFrames(Protocol):
     """An effect that repeats values in its frames."""
 
     def with_repeats(
@@ -53,7 +53,7 @@ class ToldAgain(Protocol):
 
 
 @runtime_checkable
-class Rounds(Protocol):
+class Quantizes(Protocol):
     """An effect that rounds values. quantum: in the channel's unit."""
 
     quantum: float
@@ -68,7 +68,7 @@ class Columns(Protocol):
 
 
 @dataclass(frozen=True)
-class Later:
+class DelayedColumns:
     """Outputs of a simulation, delayed by some rows."""
 
     out: Columns
@@ -82,7 +82,7 @@ class Later:
 
 
 @dataclass(frozen=True)
-class Moved:
+class ExtrapolatedColumns:
     """Outputs of a simulation, extrapolated by a step in one direction of its slopes."""
 
     out: Columns
@@ -145,7 +145,7 @@ class Sensor:
         acting = self._acting(effects)
         if acting:
             observed = _sampled_values(
-                self.observation, Later(out, late / self.grid.step) if late else out
+                self.observation, DelayedColumns(out, late / self.grid.step) if late else out
             )
             return self.processing(self._reported(observed, acting))
         output = self.direct(out)
@@ -167,7 +167,7 @@ class Sensor:
         if self.derivatives is None or self._acting(effects):
             base = self.observe(out, effects, late)
             directions = range(next(iter(self._columns(slopes))).shape[1])
-            shifted = (Moved(out, slopes, d, step) for d in directions)
+            shifted = (ExtrapolatedColumns(out, slopes, d, step) for d in directions)
             columns = [(self.observe(moved, effects, late) - base) / step for moved in shifted]
             return np.column_stack(columns) if columns else np.zeros((base.size, 0))
         output = self.derivatives(out, slopes)
@@ -202,9 +202,9 @@ class Sensor:
 
     def _as_recorded(self, effect: SensorEffect, value: FloatArray) -> FloatArray | None:
         """Return the output of an effect where the recording identifies its action; else None."""
-        if self.coarse and self.samples_read is not None and isinstance(effect, Rounds):
+        if self.coarse and self.samples_read is not None and isinstance(effect, Quantizes):
             return self._rounded(effect.quantum, value, self.samples_read)
-        if self.repeated is None or self.time is None or not isinstance(effect, ToldAgain):
+        if self.repeated is None or self.time is None or not isinstance(effect, RepeatsFrames):
             return None
         known = renewals(value, self.repeated, MOVED * self.quantization.step)
         return (
@@ -238,11 +238,13 @@ class Sensor:
         """
         acting = self._acting(effects)
         observed = (
-            _sampled_values(self.observation, Later(out, late / self.grid.step) if late else out)
+            _sampled_values(
+                self.observation, DelayedColumns(out, late / self.grid.step) if late else out
+            )
             + noise
         )
         reported = self._reported(observed, acting) if acting else observed
-        rounds = any(isinstance(e, Rounds) for e in acting)
+        rounds = any(isinstance(e, Quantizes) for e in acting)
         return self.quantization.rounded(reported) if rounds or not self.coarse else reported
 
     def recording(self, reported: FloatArray) -> "Sensor":

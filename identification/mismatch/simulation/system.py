@@ -31,14 +31,14 @@ class System(ABC):
     units: of regressors, by name. operating: the regressor over which operating regions are stated.
     direction: the regressor whose sign distinguishes opening from closing. Empty: there is none.
     smooth: whether outputs respond to the smallest changes of numbers and effects; False where
-    sensors round. farthest: bound of every coordinate, in prior standard deviations, so that no
+    sensors round. coordinate_bound: bound of every coordinate, in prior standard deviations, so that no
     calibration diverges on its way.
     """
 
     units: Mapping[str, str]
     operating: str = ""
     direction: str = ""
-    farthest: float = math.inf
+    coordinate_bound: float = math.inf
     smooth: bool = False
 
     # Description.
@@ -101,7 +101,9 @@ class System(ABC):
         """Return the uncertain parameters of the system and of the clocks of these records."""
 
     @abstractmethod
-    def touched(self, partition: CausalPartition, coordinate: Coordinate) -> tuple[str, ...]:
+    def affected_subsystems(
+        self, partition: CausalPartition, coordinate: Coordinate
+    ) -> tuple[str, ...]:
         """Return the subsystems whose outputs a coordinate can change."""
 
     @abstractmethod
@@ -208,7 +210,7 @@ class System(ABC):
         """Return whether an effect depends on an angle of which only the speed is recorded."""
         return any(e.unseen_turn for e in self.effects)
 
-    def silenced(self) -> Self:
+    def without_unseen_turns(self) -> Self:
         """Return the system with all effects of such an angle set to zero."""
         return self.at((), np.zeros(0), [e.silent() for e in self.effects if e.unseen_turn])
 

@@ -162,7 +162,7 @@ def _names(tree: ast.AST, known: set[str], where: str) -> Iterable[str]:
     functions = {id(n.func) for n in ast.walk(tree) if isinstance(n, ast.Call)}
     for node in ast.walk(tree):
         if not isinstance(node, ALLOWED):
-            raise refused(shortened(ast.unparse(node) or type(node).__name__), where)
+            raise not_arithmetic_error(shortened(ast.unparse(node) or type(node).__name__), where)
         if isinstance(node, ast.Constant):
             check_number(node.value, where)
         if isinstance(node, ast.Call):
@@ -180,7 +180,7 @@ def _names(tree: ast.AST, known: set[str], where: str) -> Iterable[str]:
 def check_number(value: object, where: str) -> None:
     """Raise InputError unless a constant of an equation is a number that a float can hold."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise refused(repr(value), where)
+        raise not_arithmetic_error(repr(value), where)
     if abs(value) > sys.float_info.max:
         raise InputError(
             "a number of an equation is too large",
@@ -203,7 +203,7 @@ def check_call(node: ast.Call, where: str) -> None:
         )
 
 
-def refused(found: str, where: str) -> InputError:
+def not_arithmetic_error(found: str, where: str) -> InputError:
     """Return the error for a part of an equation that is not arithmetic."""
     return InputError(
         "an equation may hold arithmetic alone",

@@ -20,12 +20,6 @@ from slipbench.identification.mismatch.simulation.sensor import (
     point_sensor,
 )
 from slipbench.identification.mismatch.systems.clock_search import best_shift
-from slipbench.identification.mismatch.systems.fitness import (
-    coarse_inputs,
-    sparse_outputs,
-    usable,
-    window,
-)
 from slipbench.identification.mismatch.systems.input_noise import WIDTHS, noise_of, smoothings
 from slipbench.identification.mismatch.systems.model_file import (
     DrivenInput,
@@ -33,6 +27,12 @@ from slipbench.identification.mismatch.systems.model_file import (
     ModelFile,
     Output,
     State,
+)
+from slipbench.identification.mismatch.systems.recording_check import (
+    coarse_inputs,
+    sparse_outputs,
+    usable,
+    window,
 )
 from slipbench.identification.signals.aligned import Aligned, aligned
 from slipbench.identification.signals.clocks import BUS
@@ -50,7 +50,7 @@ MOST_FINE_ROWS = 200_000
 """Largest number of rows of one integration step each, for samples that lie within rows."""
 WITHIN = 0.02
 """Share of a row: a sample farther than this from its begin and its end lies within it."""
-ALIKE = 0.7
+LEAST_CORRELATION = 0.7
 """Least correlation at which a clock may be aligned: half of the variance is common."""
 SLACK = 1e-3
 """Share of a row: a sample this close to its begin or end counts as simultaneous with it."""
@@ -131,7 +131,7 @@ def realigned(record: Record, recording: Recording, file: ModelFile, simulated: 
             start, correlation = best_shift(
                 record.grid.step, simulated[name], channel.time, channel.value
             )
-            if abs(correlation) < ALIKE:
+            if abs(correlation) < LEAST_CORRELATION:
                 left_out.append(
                     f"{role}: its clock {channel.clock!r} cannot be aligned: no channel is on both"
                     f" clocks, and the correlation with the simulation is at most {abs(correlation):.2f}"

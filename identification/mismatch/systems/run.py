@@ -34,7 +34,7 @@ Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class SimulatedColumns:
     """Columns of a run: quantities of places after effects, states; outputs with delays."""
 
     columns: Mapping[str, Floats]
@@ -51,7 +51,7 @@ def run(
     effects: Iterable[Effect],
     record: Record,
     push: Floats,
-) -> Shown:
+) -> SimulatedColumns:
     """Simulate all rows. push: input disturbances, (rows, places). values: SI, (parameters,).
 
     Raises PlantError where numbers grow without bound, and where stops are in the wrong order.
@@ -98,7 +98,7 @@ def run(
         if effect.place.kind == OUTPUT and (delay := effect.late(record.time)) is not None:
             name = effect.place.name
             columns[name] = np.interp(record.time - delay, record.time, columns[name])
-    return Shown(columns)
+    return SimulatedColumns(columns)
 
 
 def slots(

@@ -11,7 +11,7 @@ from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.systems.delay_times import without_negative
 from slipbench.identification.mismatch.systems.equations import Equations
 from slipbench.identification.mismatch.systems.model_file import ModelFile
-from slipbench.identification.mismatch.systems.run import Shown, run
+from slipbench.identification.mismatch.systems.run import SimulatedColumns, run
 from slipbench.identification.mismatch.systems.stops import within_restitution
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
@@ -43,10 +43,10 @@ class Simulator(ABC):
     remedy: str = "check the parameters and the equations"
 
     @abstractmethod
-    def run(self, task: Task) -> Shown:
+    def run(self, task: Task) -> SimulatedColumns:
         """Run all rows of a task. Raises PlantError where that fails."""
 
-    def first_run(self, task: Task) -> Shown:
+    def first_run(self, task: Task) -> SimulatedColumns:
         """Run a task with nominal parameters. Raises InputError where it cannot be used at all."""
         return self.run(task)
 
@@ -66,7 +66,7 @@ class CompiledEquations(Simulator):
     equations: Equations
     knows_curves = True
 
-    def run(self, task: Task) -> Shown:
+    def run(self, task: Task) -> SimulatedColumns:
         """Run the kernel."""
         return run(self.equations, task.file, task.values, task.effects, task.record, task.push)
 

@@ -34,7 +34,7 @@ from slipbench.identification.mismatch.systems.record import (
     realigned,
     slow_places,
 )
-from slipbench.identification.mismatch.systems.run import Shown
+from slipbench.identification.mismatch.systems.run import SimulatedColumns
 from slipbench.identification.mismatch.systems.simulator import CompiledEquations, Simulator, Task
 from slipbench.identification.mismatch.systems.table_curve import (
     TableCurve,
@@ -84,7 +84,7 @@ class ModelSystem(System):
     curves: tuple[TableCurve, ...] = ()
 
     smooth = True
-    farthest = 3.0  # beyond: missing physics, not another parameter value
+    coordinate_bound = 3.0  # beyond: missing physics, not another parameter value
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -276,7 +276,9 @@ class ModelSystem(System):
             found += curve.coordinates(self.known)
         return found
 
-    def touched(self, partition: CausalPartition, coordinate: Coordinate) -> tuple[str, ...]:
+    def affected_subsystems(
+        self, partition: CausalPartition, coordinate: Coordinate
+    ) -> tuple[str, ...]:
         """Return the only subsystem."""
         return (DRIVE,)
 
@@ -295,7 +297,7 @@ class ModelSystem(System):
         subsystem: str,
         q: Floats,
         added: Mapping[str, Floats],
-    ) -> Shown:
+    ) -> SimulatedColumns:
         """Simulate a record. q: of the slow columns; added: disturbances by place, (rows,)."""
         return self.simulator.run(self._task(record, q, added))
 
@@ -316,7 +318,7 @@ class ModelSystem(System):
         """Return whether an effect or a curve depends on the unmeasured angle."""
         return any(e.unseen_turn for e in (*self.curves, *self.acting))
 
-    def silenced(self) -> Self:
+    def without_unseen_turns(self) -> Self:
         """Return the system with the effects and curves of the unmeasured angle set to zero."""
         curves = tuple(c.silent() if c.unseen_turn else c for c in self.curves)
         acting = tuple(e.silent() if e.unseen_turn else e for e in self.acting)
@@ -410,7 +412,7 @@ class ModelSystem(System):
             scaled=[(n, other) for n in names for other in over if n != other],
         )
 
-    def _angle(self, name: str, record: Record, out: Shown) -> Floats:
+    def _angle(self, name: str, record: Record, out: SimulatedColumns) -> Floats:
         """Return an angle, (rows,): recorded, else simulated, perhaps with a phase error."""
         if name in self.file.inputs:
             return record.inputs[:, self.equations.inputs.index(name)]

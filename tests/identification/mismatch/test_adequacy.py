@@ -3,12 +3,16 @@
 import pytest
 
 from slipbench.identification.mismatch.analysis import begin
-from slipbench.identification.mismatch.curves.adequacy import LEFT, Remainder, remainder
+from slipbench.identification.mismatch.curves.adequacy import (
+    MOST_RESIDUAL_SHARE,
+    Remainder,
+    remainder,
+)
 from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.candidate import Candidate
-from slipbench.identification.mismatch.fit.far import least_squares_start
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming.candidates import candidates
 from tests.identification.mismatch.spring import recorded, system
@@ -41,7 +45,7 @@ def test_a_right_name_stands_beside_something_small_that_is_certain(bare) -> Non
     left = left_by(bare, "cubic.deflection")
     assert left is not None, "the trace of a square is certain at this noise"
     assert left.curve.log_likelihood_gain > 60.0
-    assert left.share < 0.2 * LEFT
+    assert left.share < 0.2 * MOST_RESIDUAL_SHARE
     assert left.small
 
 

@@ -22,13 +22,13 @@ class Located:
     p: float = 1e-6
 
     @property
-    def certain(self) -> bool:
+    def significant(self) -> bool:
         return self.p < 0.05
 
 
 def known_of(share: float, nats: float) -> Analysis:
     """One name, beside which a free curve finds a share of what the name explains."""
-    curve = SimpleNamespace(log_likelihood_gain=80.0, certain=True, place=PLACE)
+    curve = SimpleNamespace(log_likelihood_gain=80.0, significant=True, place=PLACE)
     return Analysis(
         None,
         None,
@@ -48,7 +48,7 @@ def predicted_held_out(monkeypatch):
     def held_out(names, curve, unchanged=1e6, ratio=0.9):
         where = SimpleNamespace(place=PLACE, regressor="throttle")
         found = SimpleNamespace(confirmed=curve, curve=where, fit=None, proven=SimpleNamespace())
-        monkeypatch.setattr(explain, "inside", lambda *_: found)
+        monkeypatch.setattr(explain, "fit_curves_in_model", lambda *_: found)
         monkeypatch.setattr(explain, "predicted_gain", lambda *_: unchanged)
         monkeypatch.setattr(explain, "error_ratio", lambda *_: ratio)
         monkeypatch.setattr(explain, "_predict_better", lambda *_: names > curve)
@@ -96,4 +96,4 @@ def test_a_curve_with_which_a_held_out_error_rises_does_not_stand(ratio, predict
     explain._free(known, (), lambda _: None)
     assert (known.free is not None) == (ratio <= RISES)
     assert len(known.vetoes) == (ratio > RISES)
-    assert known.before[0].certain
+    assert known.before[0].significant

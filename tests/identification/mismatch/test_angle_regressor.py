@@ -9,7 +9,7 @@ from slipbench.identification.mismatch.simulation.regressor import (
     ANGLE,
     KNOTS,
     columns,
-    course,
+    curve_waveform,
     knots_for,
 )
 
@@ -19,7 +19,7 @@ VALUES = st.lists(st.floats(-100.0, 100.0), min_size=KNOTS, max_size=KNOTS).map(
 
 
 def round_with(values, z):
-    return course(ANGLE, z, KNOTS_ROUND, values, 1e-3)
+    return curve_waveform(ANGLE, z, KNOTS_ROUND, values, 1e-3)
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])

@@ -11,7 +11,12 @@ from scipy import stats
 
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.candidate import Candidate
-from slipbench.identification.mismatch.fit.crank_phase import Lines, _angles, begun_at, lines
+from slipbench.identification.mismatch.fit.crank_phase import (
+    Lines,
+    _angles,
+    at_estimated_angles,
+    lines,
+)
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.naming.interval import _over_angles, estimates, significance
@@ -36,7 +41,7 @@ def test_a_ripple_is_found_at_its_order_and_told_with_its_size():
     shown = lines(bare)
     assert shown.plain
     assert shown.orders[np.argmax(shown.nats)] == 1.5
-    begun, _ = begun_at(bare, shown)
+    begun, _ = at_estimated_angles(bare, shown)
     candidate = Candidate(CompressionTorque(cylinders=3), (0.5, 0.0), (3.0,))
     found = optimize(with_effects(begun, (candidate,)))
     swing = estimates(found, 0)[0]
@@ -47,8 +52,8 @@ def test_a_ripple_is_found_at_its_order_and_told_with_its_size():
 
 def test_what_has_been_read_is_not_read_again():
     bare = fitted(THREE)
-    once, alike = begun_at(bare, lines(bare))
-    twice, _ = begun_at(once, lines(once), alike)
+    once, alike = at_estimated_angles(bare, lines(bare))
+    twice, _ = at_estimated_angles(once, lines(once), alike)
     for a, b in zip(once.model.records, twice.model.records, strict=True):
         period = 2 * np.pi / 1.5
         assert (b.turned - a.turned + 0.5 * period) % period == pytest.approx(0.5 * period, abs=0.1)
@@ -96,4 +101,4 @@ def test_a_file_that_knows_the_ripple_foretells_it_once_the_angles_are_read():
     before = calibrate(knows, knows.origin())
     shown = lines(before)
     assert shown.orders[np.argmax(shown.nats)] == 1.5
-    assert begun_at(before, shown)[0].score > without.score + 100.0
+    assert at_estimated_angles(before, shown)[0].score > without.score + 100.0

@@ -9,9 +9,9 @@ import pytest
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.following import relinearized
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.fit.refit import relinearized
 from slipbench.identification.mismatch.naming.fits import promising_fits
 from slipbench.identification.mismatch.naming.score import screen
 from tests.identification.mismatch.laws.spring import DAMPING, FREQUENCY, GAIN, cubic, spring, swung

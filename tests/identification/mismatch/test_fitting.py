@@ -14,12 +14,12 @@ from slipbench.identification.mismatch.fit.calibrate import (
     calibrate,
     start_fit,
 )
-from slipbench.identification.mismatch.fit.far import least_squares_start
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.following import WORTH_AGAIN, relinearized
 from slipbench.identification.mismatch.fit.held_out import CONFIRMED, contradicted
+from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
 from slipbench.identification.mismatch.fit.linearization import Linearization
-from slipbench.identification.mismatch.fit.optimize import optimize, there
+from slipbench.identification.mismatch.fit.optimize import after_step, optimize
+from slipbench.identification.mismatch.fit.refit import WORTH_AGAIN, relinearized
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of
 from slipbench.identification.mismatch.fit.stack import Nuisances, bounded
 from slipbench.identification.mismatch.naming.candidates import candidates
@@ -110,7 +110,7 @@ def test_slopes_taken_elsewhere_are_those_by_values():
     place = [k.name for k in fit.model.known].index("drag_area")
     step = np.zeros(coordinates_of(fit.point).size)
     step[place] = 0.35 / fit.model.known[place].scale
-    away = there(fit, step, np.zeros(0))
+    away = after_step(fit, step, np.zeros(0))
     assert away is not None
     measured = relinearized(away).nuisances.columns[:, place]
     here, scaled = (f.nuisances.columns[:, place] for f in (fit, away))
@@ -120,7 +120,7 @@ def test_slopes_taken_elsewhere_are_those_by_values():
 
 def test_no_number_is_led_farther_off_than_any_file_errs():
     model = ready(Backlash(slack=20e-3)).training
-    assert np.abs(base(Backlash(slack=20e-3)).point.x).max() <= model.system.farthest + 1e-9
+    assert np.abs(base(Backlash(slack=20e-3)).point.x).max() <= model.system.coordinate_bound + 1e-9
 
 
 def test_held_out_recordings_contradict_what_they_would_show_and_do_not():

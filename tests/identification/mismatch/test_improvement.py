@@ -8,7 +8,7 @@ import pytest
 from slipbench.identification.mismatch.analysis import Analysis, begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.calibrate import calibrate
-from slipbench.identification.mismatch.fit.held_out import proof
+from slipbench.identification.mismatch.fit.held_out import held_out_simulations
 from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.identification.mismatch.reporting.improvement import (
     Improvement,
@@ -54,7 +54,7 @@ def compared(folder, cube, wander) -> Improvement:
     origin = a.training.origin()
     base = calibrate(a.training, origin)
     found = calibrate(a.training, replace(origin, effects=(hardening(a),)))
-    return improvement(*proof(a.held_out, base, found)[1:])
+    return improvement(*held_out_simulations(a.held_out, base, found)[1:])
 
 
 def test_a_small_effect_beneath_a_large_error_shows_in_its_band_only(tmp_path):

@@ -11,8 +11,8 @@ from slipbench.identification.mismatch.curves.input_spline import InputSpline
 from slipbench.identification.mismatch.curves.trace import regressors
 from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.following import relinearized
 from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.fit.refit import relinearized
 from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
 from slipbench.identification.mismatch.simulation.model import predict, simulate
 from slipbench.identification.mismatch.simulation.regressor import (

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate
-from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
+from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacobian
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
 from slipbench.identification.mismatch.reporting.memo import sentence
 from slipbench.plant.effects.channel_lag import ChannelLag

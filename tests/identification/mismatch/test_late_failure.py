@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from slipbench.command import app
 from slipbench.identification.mismatch import explain, runs
 from slipbench.identification.mismatch.analysis import begin
-from slipbench.identification.mismatch.explain import NAMES, STEPS, analyse, known_so_far
+from slipbench.identification.mismatch.explain import NAMES, STEPS, analyse, run_analysis
 from slipbench.identification.mismatch.reporting import conclude, memo_page, output
 from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.identification.mismatch.reporting.hypotheses import hypotheses
@@ -42,11 +42,11 @@ def stopped(whole, done):
     if done > 0:
         a = replace(a, base=whole.base, held_out=whole.held_out, training=whole.training)
     if done > 1:
-        a = replace(a, before=whole.before, when=whole.when)
+        a = replace(a, before=whole.before, operating_region=whole.when)
     if done > 2:
         a = replace(a, named=whole.named, headline=whole.headline)
     if done > 5:
-        a = replace(a, proof=whole.proof, errors=whole.errors)
+        a = replace(a, held_out_runs=whole.proof, errors=whole.errors)
     return replace(a, done=done)
 
 
@@ -126,7 +126,7 @@ def test_input_that_cannot_be_used_at_all_is_an_input_error(hardening, monkeypat
 
     monkeypatch.setattr(explain, "STEPS", (refuse, *STEPS[1:]))
     with pytest.raises(InputError):
-        known_so_far(stopped(hardening, 0))
+        run_analysis(stopped(hardening, 0))
 
 
 def test_the_memo_quotes_the_trace_of_the_effect_of_a_model_file(hardening):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch.runs import open_analysis, read_system
-from slipbench.identification.mismatch.systems.fitness import FREE
+from slipbench.identification.mismatch.systems.recording_check import FREE
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.spring import MODEL, recorded, system
 

@@ -39,7 +39,7 @@ def nominal(tmp_path_factory):
 
 @pytest.fixture
 def no_curve_stands(monkeypatch):
-    monkeypatch.setattr(explain, "inside", lambda *_: None)
+    monkeypatch.setattr(explain, "fit_curves_in_model", lambda *_: None)
 
 
 def test_a_curve_that_predicts_better_takes_the_place_of_names(nominal, rides):

@@ -9,7 +9,7 @@ from slipbench.identification.mismatch.naming.placebo import (
     at_places,
     between_places,
     between_trials,
-    usual,
+    placebo_inflation,
 )
 
 TRIALS = 4
@@ -53,7 +53,7 @@ def test_other_places_tell_what_trials_have_in_common():
     assert between_trials(places).inflation == 1.0
     elsewhere = between_places(places, at=0.0)
     assert elsewhere.inflation == pytest.approx(TRIALS * ENERGY, rel=0.25)
-    assert usual(places, at=0.0) == elsewhere
+    assert placebo_inflation(places, at=0.0) == elsewhere
 
 
 def test_the_place_itself_does_not_count_among_the_others():
@@ -67,7 +67,7 @@ def test_few_places_and_a_single_trial_tell_nothing():
     assert between_places(tried(scattered(1.0, PLACES, seed=6)), at=0.0) is None
     alone = [PlaceboLocation(0.0, np.array([ENERGY, 0.0]), np.array([1.0, 0.0]), 1.0)]
     assert between_trials(alone) is None
-    assert usual(alone, at=0.0) is None
+    assert placebo_inflation(alone, at=0.0) is None
 
 
 def test_signatures_that_are_alike_count_as_one():

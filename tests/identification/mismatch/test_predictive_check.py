@@ -19,7 +19,11 @@ from slipbench.identification.mismatch.fit.stack import whiteners
 from slipbench.identification.mismatch.predictive_check.check import analyses_of, check
 from slipbench.identification.mismatch.predictive_check.noise import coloured, noise_like
 from slipbench.identification.mismatch.predictive_check.order import Order
-from slipbench.identification.mismatch.predictive_check.outcome import alike, answer_of, compared
+from slipbench.identification.mismatch.predictive_check.outcome import (
+    compare,
+    indistinguishable,
+    result_of,
+)
 from slipbench.identification.mismatch.predictive_check.replica import simulated
 from slipbench.identification.mismatch.reporting.check_in_words import check_lines
 from slipbench.identification.mismatch.reporting.check_result import (
@@ -251,10 +255,10 @@ def test_the_interval_of_a_rate_contains_it_and_mirrors_the_opposite(numbers):
 
 def test_names_of_a_class_are_alike_whichever_analysis_has_the_class():
     classes = [("a + b", "c")]
-    assert alike("a", "a", ())
-    assert alike("b", "c", classes)
-    assert alike("c", "b", classes)
-    assert not alike("a", "c", classes)
+    assert indistinguishable("a", "a", ())
+    assert indistinguishable("b", "c", classes)
+    assert indistinguishable("c", "b", classes)
+    assert not indistinguishable("a", "c", classes)
 
 
 def test_another_effect_is_not_the_same_answer(clear):
@@ -263,12 +267,12 @@ def test_another_effect_is_not_the_same_answer(clear):
     other = replace(found, effects=(replace(effect, name="quadratic"),))
     both = replace(found, effects=(effect, replace(effect, name="quadratic")))
     tied = replace(other, equivalents=(("quadratic.deflection", "cubic.deflection"),))
-    first, *answers = (answer_of(clear, v) for v in (found, found, other, both, tied))
-    assert [compared(first, a, {}).same for a in answers] == [True, False, False, True]
+    first, *answers = (result_of(clear, v) for v in (found, found, other, both, tied))
+    assert [compare(first, a, {}).same for a in answers] == [True, False, False, True]
     assert first.places == {"deflection"}
     elsewhere = replace(first, places=frozenset(["force"]))
-    assert compared(first, first, {}).place
-    assert not compared(first, elsewhere, {}).place
+    assert compare(first, first, {}).place
+    assert not compare(first, elsewhere, {}).place
 
 
 def test_an_effect_that_cannot_be_told_apart_is_the_same_answer_at_the_same_place(clear):
@@ -277,11 +281,11 @@ def test_an_effect_that_cannot_be_told_apart_is_the_same_answer_at_the_same_plac
     [effect] = found.effects
     twin = replace(effect, name="offset", subject="force")
     tied = replace(found, effects=(twin,), equivalents=(("cubic.deflection", "offset.force"),))
-    first = answer_of(clear, found)
-    again = replace(answer_of(clear, tied), places=frozenset(["force"]))
-    both = compared(first, again, {})
+    first = result_of(clear, found)
+    again = replace(result_of(clear, tied), places=frozenset(["force"]))
+    both = compare(first, again, {})
     assert (both.same, both.place) == (True, True)
-    other = compared(first, replace(again, verdict=replace(tied, equivalents=())), {})
+    other = compare(first, replace(again, verdict=replace(tied, equivalents=())), {})
     assert (other.same, other.place) == (False, False)
 
 

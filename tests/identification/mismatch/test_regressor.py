@@ -12,9 +12,9 @@ from slipbench.identification.mismatch.simulation.regressor import (
     OVER,
     PAST,
     SCALE,
-    after_a_turn,
+    change_after_reversal,
     columns,
-    course,
+    curve_waveform,
     finer,
     kind_of,
     knots_for,
@@ -53,7 +53,7 @@ def test_a_course_is_the_sum_of_its_columns(regressor, seed):
     knots = knots_for(regressor, z)
     values = np.random.default_rng(seed).standard_normal(knots.size)
     summed = sum(v * c for v, c in zip(values, columns(regressor, seen, knots, STEP), strict=True))
-    assert course(regressor, seen, knots, values, STEP) == pytest.approx(summed)
+    assert curve_waveform(regressor, seen, knots, values, STEP) == pytest.approx(summed)
     assert quantity_of(regressor) == "slip"
 
 
@@ -72,7 +72,7 @@ def test_a_step_is_answered_as_the_step_response_tells(increments):
     values = np.array(increments)
     before, after = 3000, 3000
     z = np.concatenate((np.zeros(before), np.ones(after)))
-    answer = course(f"{PAST}z", z, LAGS, values, STEP)
+    answer = curve_waveform(f"{PAST}z", z, LAGS, values, STEP)
     answer -= answer[before - 1]
     time = STEP * np.arange(after)
     told = step_response(LAGS, values, time)
@@ -122,9 +122,11 @@ def test_hysteresis_does_not_know_how_fast_it_goes(seed, times):
 def test_after_a_turn_it_changes_as_told():
     widths, values = np.array([0.0, 0.1, 0.4]), np.array([0.0, 2.0, -1.0])
     up, down = np.linspace(0.0, 3.0, 301), np.linspace(3.0, 0.0, 301)[1:]
-    answer = course(f"{HYSTERESIS}z", np.concatenate((up, down)), widths, values, STEP)
+    answer = curve_waveform(f"{HYSTERESIS}z", np.concatenate((up, down)), widths, values, STEP)
     way = 3.0 - down
-    assert answer[300] - answer[301:] == pytest.approx(after_a_turn(widths, values, way), abs=1e-9)
+    assert answer[300] - answer[301:] == pytest.approx(
+        change_after_reversal(widths, values, way), abs=1e-9
+    )
 
 
 @given(seeds, st.floats(-3.0, 3.0))
@@ -134,6 +136,6 @@ def test_a_scale_is_in_proportion_to_what_it_scales(seed, factor):
     regressor = f"{SCALE}x{OVER}z"
     knots = knots_for(regressor, z)
     values = np.arange(float(knots.size))
-    one = course(regressor, scale(x, z), knots, values, STEP)
-    other = course(regressor, scale(factor * x, z), knots, values, STEP)
+    one = curve_waveform(regressor, scale(x, z), knots, values, STEP)
+    other = curve_waveform(regressor, scale(factor * x, z), knots, values, STEP)
     assert other == pytest.approx(factor * one)

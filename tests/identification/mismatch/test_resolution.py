@@ -15,7 +15,7 @@ from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.calibrate import map_fit, start_fit
 from slipbench.identification.mismatch.fit.fitting import with_effects
 from slipbench.identification.mismatch.fit.fixed import freed
-from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
+from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacobian
 from slipbench.identification.mismatch.fit.resolution import RESOLVED, step_of, strengths_of
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.recording.channel import Channel

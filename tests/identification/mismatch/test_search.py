@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate
-from slipbench.identification.mismatch.fit.far import least_squares_start
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.held_out import Veto
+from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming import acceptance, search
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
@@ -134,7 +134,7 @@ def _stands(monkeypatch):
         return [(f.score - f.without(i).score, f.without(i)) for i in range(len(f.names))]
 
     monkeypatch.setattr(search, "lost_without", lost_without)
-    monkeypatch.setattr(acceptance, "alike", lambda *_: False)
+    monkeypatch.setattr(acceptance, "same_injection_point", lambda *_: False)
 
 
 def pruned(worth, certain):

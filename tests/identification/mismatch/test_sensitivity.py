@@ -34,7 +34,7 @@ EFFECTS = {
 def differences(model: Model, point: Point, monkeypatch, nudge: float) -> Series:
     """Finite differences with a step in prior deviations."""
     monkeypatch.setattr(sensitivity, "DIFFERENCE_STEP", nudge)
-    monkeypatch.setattr(sensitivity, "SLOW_NUDGE", nudge)
+    monkeypatch.setattr(sensitivity, "SLOW_DIFFERENCE_STEP", nudge)
     found = none(model.for_slopes, point)
     sensitivity._compare(model.for_slopes, point, found, ())
     return found

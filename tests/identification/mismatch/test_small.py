@@ -14,8 +14,8 @@ from slipbench.identification.experiments.hypothesis import stated
 from slipbench.identification.mismatch import explain
 from slipbench.identification.mismatch.analysis import Analysis, begin
 from slipbench.identification.mismatch.curves.adequacy import Remainder
-from slipbench.identification.mismatch.curves.fit_in_model import inside
-from slipbench.identification.mismatch.explain import analyse, known_so_far
+from slipbench.identification.mismatch.curves.fit_in_model import fit_curves_in_model
+from slipbench.identification.mismatch.explain import analyse, run_analysis
 from slipbench.identification.mismatch.naming.interval import IDEAL
 from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.identification.mismatch.reporting.improved import improved_system
@@ -101,7 +101,7 @@ def test_a_free_curve_gains_most_of_what_the_physics_gains_and_goes_into_the_fil
     a = slack()
     assert a.base is not None
     assert a.named is not None
-    free = inside(a.base, a.before, a.held_out)
+    free = fit_curves_in_model(a.base, a.before, a.held_out)
     assert free is not None
     assert free.log_likelihood_gain > 0.7 * a.named.log_likelihood_gain
     assert free.confirmed > 0.0
@@ -116,23 +116,23 @@ def test_a_free_curve_gains_most_of_what_the_physics_gains_and_goes_into_the_fil
 def test_a_curve_that_gains_nothing_inside_on_held_out_recordings_is_withdrawn(monkeypatch):
     a = slack()
     assert a.base is not None
-    free = inside(a.base, a.before, a.held_out)
+    free = fit_curves_in_model(a.base, a.before, a.held_out)
     assert free is not None
-    monkeypatch.setattr(explain, "inside", lambda *_: replace(free, confirmed=-3.0))
+    monkeypatch.setattr(explain, "fit_curves_in_model", lambda *_: replace(free, confirmed=-3.0))
     bare = replace(a.named, fit=a.base, competing={})
-    again = replace(a, named=bare, after=[], proof=[], errors=[], free=None, done=4)
+    again = replace(a, named=bare, after=[], held_out_runs=[], errors=[], free=None, done=4)
     assert verdict(again).unknown
     found = verdict(analyse(again, KINDS))
     assert found.curve is None
     assert found.location is None or found.location.injection != free.curve.place
-    assert all(not c.certain for c in again.before if c.place == free.curve.place)
+    assert all(not c.significant for c in again.before if c.place == free.curve.place)
 
 
 @pytest.mark.parametrize(("more", "told"), [(1e3, "wheel torque"), (0.0, "located")])
 def test_where_it_acts_is_told_by_what_explains_more(more, told):
     """A located curve meets what calibration left; one in the simulation may explain far more."""
     a = slack()
-    free = inside(a.base, a.before, a.held_out)
+    free = fit_curves_in_model(a.base, a.before, a.held_out)
     there = replace(free.curve, place="wheel torque", block="driveline")
     other = replace(free, curve=there, log_likelihood_gain=a.before[0].log_likelihood_gain + more)
     bare = replace(a.named, fit=a.base, competing={})
@@ -150,7 +150,9 @@ def test_names_that_do_not_suffice_go_only_where_a_curve_foretells_better(monkey
     """gain: held-out nats of the curve."""
     a = slack()
     monkeypatch.setattr(explain, "_confirmed", lambda *_: gain)
-    doubted = replace(a, remains=Remainder(a.before[0], 0.2, 0.2), proof=[], errors=[], done=4)
+    doubted = replace(
+        a, remains=Remainder(a.before[0], 0.2, 0.2), held_out_runs=[], errors=[], done=4
+    )
     assert verdict(doubted).unknown
     found = verdict(analyse(doubted, KINDS))
     assert found.unknown != stand
@@ -162,13 +164,13 @@ def test_names_that_do_not_suffice_go_only_where_a_curve_foretells_better(monkey
 def test_an_interrupted_analysis_says_what_it_has(step):
     a = started(Backlash(slack=8e-3))
     if step == "Validating":
-        a = replace(slack(), proof=[], errors=[], done=5, complete=False)
+        a = replace(slack(), held_out_runs=[], errors=[], done=5, complete=False)
 
     def say(words: str) -> None:
         if words.startswith(step):
             raise KeyboardInterrupt
 
-    assert not known_so_far(a, say)
+    assert not run_analysis(a, say)
     found = verdict(a)
     assert not found.complete
     assert lines(found)[0].startswith("Interrupted")

@@ -26,7 +26,7 @@ from slipbench.identification.mismatch.callables.fmu.variables import (
     state_port,
 )
 from slipbench.identification.mismatch.callables.parameter import Parameter
-from slipbench.identification.mismatch.callables.simulator import OutsideSimulator
+from slipbench.identification.mismatch.callables.simulator import ExternalSimulator
 from slipbench.identification.mismatch.callables.worker import CAN_ISOLATE, IsolatedCaller
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.identification.mismatch.systems.system import ModelSystem
@@ -52,7 +52,7 @@ class OpenFmu:
         """System for the mismatch analysis. Raises InputError."""
         runner = FmuRunner(self.plan)
         caller = IsolatedCaller(runner, self.time_limit) if CAN_ISOLATE else runner
-        simulator = OutsideSimulator(caller, *bounds(self.parameters, self.model), "the FMU")
+        simulator = ExternalSimulator(caller, *bounds(self.parameters, self.model), "the FMU")
         source = _source(self.beside, self.plan.fmu.path, self.model.name)
         return replace(ModelSystem.of(self.model, self.beside.name, simulator), source=source)
 

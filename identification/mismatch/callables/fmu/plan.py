@@ -56,7 +56,7 @@ class Plan:
         }
 
 
-def inside(
+def to_fmu_units(
     ports: tuple[Port, ...], values: Mapping[str, Floats | float], shape: tuple[int, ...] = ()
 ) -> Floats:
     """Return values in the units of the FMU, ports on the last axis. shape: of each value."""
@@ -66,6 +66,6 @@ def inside(
     return converted
 
 
-def outside(ports: tuple[Port, ...], rows: Floats) -> dict[str, Floats]:
+def from_fmu_units(ports: tuple[Port, ...], rows: Floats) -> dict[str, Floats]:
     """Return values in the units of the TOML file, by port name. rows: (n, ports), FMU units."""
     return {p.name: (rows[:, k] - p.offset) / p.slope for k, p in enumerate(ports)}

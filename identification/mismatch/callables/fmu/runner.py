@@ -6,7 +6,7 @@ from slipbench.identification.mismatch.callables.call import Call, CallFailedErr
 from slipbench.identification.mismatch.callables.fmu.co_simulation import co_simulated
 from slipbench.identification.mismatch.callables.fmu.instance import Instance, instance_of
 from slipbench.identification.mismatch.callables.fmu.model_exchange import integrated
-from slipbench.identification.mismatch.callables.fmu.plan import Plan, inside, outside
+from slipbench.identification.mismatch.callables.fmu.plan import Plan, from_fmu_units, to_fmu_units
 from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import is_interrupt
 
@@ -24,15 +24,15 @@ class FmuRunner:
     def __call__(self, call: Call) -> dict[str, Floats]:
         """Run a call. Raises CallFailedError."""
         self._instance = self._instance or instance_of(self._plan)
-        outputs = outside(self._plan.outputs, self._run(self._instance, call))
+        outputs = from_fmu_units(self._plan.outputs, self._run(self._instance, call))
         return checked(outputs, call.outputs, call.times.size)
 
     def _run(self, instance: Instance, call: Call) -> Floats:
         plan = self._plan
-        parameters = inside(plan.parameters, call.parameters)
+        parameters = to_fmu_units(plan.parameters, call.parameters)
         try:
             run = RUN[plan.interface]
-            inputs = inside(plan.inputs, call.inputs, call.times.shape)
+            inputs = to_fmu_units(plan.inputs, call.inputs, call.times.shape)
             with np.errstate(over="ignore", invalid="ignore"):  # `checked` rejects non-finite
                 return run(instance, parameters, inputs, call.times, call.rates)
         except CallFailedError:

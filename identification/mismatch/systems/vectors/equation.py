@@ -15,8 +15,8 @@ from slipbench.identification.mismatch.systems.expression import (
     OF_VECTORS,
     check_call,
     check_number,
+    not_arithmetic_error,
     parsed,
-    refused,
     shortened,
 )
 from slipbench.identification.mismatch.systems.vectors.arrays import (
@@ -103,7 +103,7 @@ class _Reader:
                 return self._each(node, OPERATIONS[type(op)], left, right)
             case ast.UnaryOp(op=sign, operand=operand) if type(sign) in OPERATIONS:
                 return self._each(node, OPERATIONS[type(sign)], operand)
-        raise refused(shortened(ast.unparse(node)), self._where)
+        raise not_arithmetic_error(shortened(ast.unparse(node)), self._where)
 
     def _each(self, node: ast.expr, act: Callable[..., Element], *parts: ast.expr) -> Array:
         """Apply an operation to each element; a number applies to every element of the others."""

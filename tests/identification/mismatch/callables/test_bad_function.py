@@ -17,7 +17,7 @@ from slipbench.identification.mismatch.callables.worker import (
     MOST_LOST,
     IsolatedCaller,
 )
-from slipbench.identification.mismatch.curves.injection import answers, places
+from slipbench.identification.mismatch.curves.injection import places, simulated_impulse_responses
 from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from tests.identification.mismatch.callables import springs
@@ -175,7 +175,7 @@ def test_an_input_at_its_bound_is_pushed_the_other_way(recording):
         system = springs.system([recording], simulate)
         model = begin(system, [system.prepare(recording)], []).training.coarse
         fit = start_fit(model, model.origin())
-        return answers(fit, places(fit)[0], {})[0][0]
+        return simulated_impulse_responses(fit, places(fit)[0], {})[0][0]
 
     expected = response(springs.spring)
     assert np.ptp(expected) > 0.0

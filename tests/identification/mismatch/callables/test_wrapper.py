@@ -13,7 +13,7 @@ from slipbench.identification.mismatch.callables.fmu.wrapper.check import (
     held,
     largest_deviation,
     levels,
-    ridden,
+    simulated_by_wrapper,
 )
 from slipbench.identification.mismatch.callables.fmu.wrapper.export import write_wrapper
 from slipbench.identification.mismatch.callables.fmu.wrapper.sides import Sides
@@ -159,7 +159,10 @@ def test_events_of_model_exchange_are_handled(folder, tmp_path, version):
     file = held(sides.opened.model)
     inputs = levels(sides, np.random.default_rng(2))
     path = wrapped(sides, tmp_path / "wall.fmu")
-    expected, found = explained(sides, file, inputs), ridden(path, sides.opened, inputs)
+    expected, found = (
+        explained(sides, file, inputs),
+        simulated_by_wrapper(path, sides.opened, inputs),
+    )
     assert np.allclose(found["place"], expected["place"], atol=ROUNDING)
 
 

@@ -16,7 +16,7 @@ from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sampling import Grid
 from slipbench.identification.mismatch.systems.equations import equations
 from slipbench.identification.mismatch.systems.model_file import ModelFile, load_model_file
-from slipbench.identification.mismatch.systems.run import Shown, run
+from slipbench.identification.mismatch.systems.run import SimulatedColumns, run
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.identification.mismatch.systems.unit_check import unit_faults
 from slipbench.plant.errors import PlantError
@@ -84,7 +84,7 @@ size = { value = 1, unit = "m" }
 """
 
 
-def shown(text: str, inputs: Floats, step: float = 5e-3, **values: float) -> Shown:
+def shown(text: str, inputs: Floats, step: float = 5e-3, **values: float) -> SimulatedColumns:
     """Run a model file for rows of an input. values: of parameters, SI."""
     told: dict[str, Any] = tomllib.loads(text)
     file = ModelFile.model_validate({**told, "step": step})

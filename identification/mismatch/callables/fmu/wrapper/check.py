@@ -13,7 +13,7 @@ from slipbench.identification.mismatch.callables.fmu.plan import Plan
 from slipbench.identification.mismatch.callables.fmu.runner import FmuRunner
 from slipbench.identification.mismatch.callables.fmu.unpacked import unpacked
 from slipbench.identification.mismatch.callables.fmu.wrapper.sides import Sides
-from slipbench.identification.mismatch.callables.simulator import OutsideSimulator
+from slipbench.identification.mismatch.callables.simulator import ExternalSimulator
 from slipbench.identification.mismatch.callables.worker import CAN_ISOLATE, IsolatedCaller
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sampling import Grid
@@ -38,7 +38,7 @@ def largest_deviation(path: Path, sides: Sides, seed: int = 0) -> float:
     file = held(sides.opened.model)
     inputs = levels(sides, np.random.default_rng(seed))
     expected = explained(sides, file, inputs)
-    found = ridden(path, sides.opened, inputs)
+    found = simulated_by_wrapper(path, sides.opened, inputs)
     return max(
         float(np.max(np.abs(found[name] - values)) / max(np.max(np.abs(values)), 1e-300))
         for name, values in expected.items()
@@ -69,7 +69,9 @@ def explained(sides: Sides, file: ModelFile, inputs: Mapping[str, Floats]) -> di
     """Return the outputs simulated by `explain`, SI, (steps,)."""
     opened = sides.opened
     plan = replace(opened.plan, held=(True,) * len(inputs))
-    simulator = OutsideSimulator(_caller(plan, opened), *bounds(opened.parameters, file), "the FMU")
+    simulator = ExternalSimulator(
+        _caller(plan, opened), *bounds(opened.parameters, file), "the FMU"
+    )
     columns = np.reshape(list(inputs.values()), (-1, STEPS)).T
     grid = Grid(STEPS, 0.0, STEPS, file.step, file.step)
     record = Record("the check", 0.0, grid, columns, {}, {}, np.zeros((STEPS, 0)))
@@ -88,7 +90,9 @@ def explained(sides: Sides, file: ModelFile, inputs: Mapping[str, Floats]) -> di
     return {name: result[name] for name in file.outputs}
 
 
-def ridden(path: Path, opened: OpenFmu, inputs: Mapping[str, Floats]) -> dict[str, Floats]:
+def simulated_by_wrapper(
+    path: Path, opened: OpenFmu, inputs: Mapping[str, Floats]
+) -> dict[str, Floats]:
     """Return the outputs of a wrapper, SI, (steps,). Raises InputError where it does not run."""
     outputs = opened.plan.outputs[: len(opened.model.outputs)]
     step = opened.model.step

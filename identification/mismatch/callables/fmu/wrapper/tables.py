@@ -6,7 +6,7 @@ import platform
 from collections.abc import Iterable, Sequence
 from itertools import starmap
 
-from slipbench.identification.mismatch.callables.fmu.plan import Plan, inside
+from slipbench.identification.mismatch.callables.fmu.plan import Plan, to_fmu_units
 from slipbench.identification.mismatch.callables.fmu.steps import MOST_EVENTS, TOLERANCE
 from slipbench.identification.mismatch.callables.fmu.variables import Port
 from slipbench.identification.mismatch.callables.fmu.wrapper.sides import Side, Sides
@@ -96,7 +96,7 @@ def tables(sides: Sides, token: str) -> str:
 def calibrated_values(sides: Sides) -> dict[int, float]:
     """Return the calibrated parameters, in units of the FMU, by value reference."""
     plan, system = sides.opened.plan, sides.opened.system
-    values = inside(plan.parameters, written(system.file, system.values))
+    values = to_fmu_units(plan.parameters, written(system.file, system.values))
     return {p.reference: float(v) for p, v in zip(plan.parameters, values, strict=True)}
 
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised
-from slipbench.identification.mismatch.fit.following import (
+from slipbench.identification.mismatch.fit.optimize import at_fixed_noise
+from slipbench.identification.mismatch.fit.refit import (
     ROUGHLY,
     refit_with_updated_jacobian,
     relinearized,
 )
-from slipbench.identification.mismatch.fit.optimize import at_fixed_noise
 from slipbench.identification.mismatch.fit.whitening import even, scale_of
 from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.plant.signals import Floats

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipbench.identification.mismatch.fit.fitting import Fit, parameters, renoised
-from slipbench.identification.mismatch.fit.optimize import limits_of, optimize, there
+from slipbench.identification.mismatch.fit.optimize import after_step, limits_of, optimize
 from slipbench.identification.mismatch.fit.resolution import strengths_of
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
 from slipbench.plant.signals import Floats
@@ -63,5 +63,5 @@ def farther_along(before: Fit, after: Fit) -> Fit:
 def _shifted(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
     z = coordinates_of(fit.point)
     low, high = limits_of(fit, z, np.inf)
-    new = there(fit, np.clip(dz, low - z, high - z), du)
+    new = after_step(fit, np.clip(dz, low - z, high - z), du)
     return None if new is None else renoised(new)

@@ -15,7 +15,7 @@ from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.fits import fitted, moved
 from slipbench.identification.mismatch.naming.rescreen import promising_again
 from slipbench.identification.mismatch.naming.score import at_other_places, screen
-from slipbench.identification.mismatch.naming.signatures import (
+from slipbench.identification.mismatch.naming.score_tests import (
     ALIKE,
     different,
     directions,
