@@ -98,24 +98,24 @@ fully, together with all parameters (`naming/fits.py`).
 
 {_scores(a)}
 
-An effect is accepted where it gains at least 12 nats, where its size is certain against errors that hang together, over all that
-was tried (5 % of false alarms in the whole family), and where the held-out recordings do not contradict it
-(`naming/acceptance.py`, `naming/certainty.py`). Where several are accepted, each is exchanged for others once; then each is
-left out once, and must be missed (`naming/search.py`). Accepted: {names}; together {a.named.log_likelihood_gain:.0f} nats.
+An effect is accepted if it gains at least 12 nats, if its size is significant against serially correlated errors, over all
+tests (5 % of false alarms in the whole family), and if the held-out recordings do not contradict it
+(`naming/acceptance.py`, `naming/significance.py`). If several are accepted, each is exchanged for others once; then each is
+removed once, and must be needed (`naming/search.py`). Accepted: {names}; together {a.named.log_likelihood_gain:.0f} nats.
 
 {_effects(a)}
 
 ## 4. Residual test
 
 **In:** the simulation with the accepted effects.
-**Out:** whether a free curve still finds more than 5 % of what they explain (`curves/sufficiency.py`).
+**Out:** whether a free curve still explains more than 5 % of what they explain (`curves/adequacy.py`).
 
 {_remains(a)}
 
 ## 5. Free curve
 
-Only where the names do not suffice: the best curve is put into the simulation itself and fitted there (`curves/inside.py`).
-{"It was not needed here." if a.free is None else "Here it stands in the place of the names."}
+Only if the effects do not suffice: the best curve is fitted in the simulation (`curves/fit_in_model.py`).
+{"It was not needed here." if a.free is None else "Here it replaces the effects."}
 
 ## 6. Validation on held-out recordings
 

@@ -160,9 +160,10 @@ class Observer:
         return self.rides[key]
 
     def difference(self, model: Model, absent: Effects) -> Series:
-        """What is in the recordings because of the effects that are not absent, per output group.
+        """What is in the recordings because of the effects that are not absent.
 
-        What the plate does is measured, so effects of the servo are seen in its group alone.
+        (T, m) by output group and record, in the unit of each output. What the plate does is
+        measured, so effects of the servo are seen in its group alone.
         """
         hidden = self.case.hidden
         servo = tuple(h for h in hidden if h in absent or h.places == (SERVO,))

@@ -35,7 +35,10 @@ class ActingRates:
 
     @property
     def arrays(self) -> tuple[Floats | Integers, ...]:
-        """Arrays that identify the disturbances and effects of a run."""
+        """Arrays that identify the disturbances and effects of a run.
+
+        push: SI, shape (rows, states); code, where, other: shape (effects,); par: (effects, 4).
+        """
         return (self.push, self.code, self.where, self.other, self.par)
 
 
@@ -68,7 +71,8 @@ class RateLoop:
     ) -> tuple[Floats, Floats]:
         """Return the rates with disturbance and effects, and the rates of the effect states.
 
-        rates, states: (states,); inputs: (inputs,); own: states of the effects, (effect states,).
+        rates, states: shape (states,), SI; inputs: shape (inputs,), SI; own: states of the effects,
+        shape (effect states,). row: index of the row. Both results have the shape of their states.
         """
         size = len(states)
         self._q[:] = np.concatenate((inputs, states))

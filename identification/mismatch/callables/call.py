@@ -58,7 +58,10 @@ Caller = Callable[[Call], dict[str, Floats]]
 
 
 def in_process(simulate: Simulate) -> Caller:
-    """Run a function in this process; an exception or an invalid result raises CallFailedError."""
+    """Run a function in this process; each output has the shape of the times, (n,).
+
+    An exception or an invalid result raises CallFailedError.
+    """
 
     def call(request: Call) -> dict[str, Floats]:
         inputs = {name: np.array(values) for name, values in request.inputs.items()}
@@ -76,7 +79,11 @@ def in_process(simulate: Simulate) -> Caller:
 
 
 def checked(returned: object, outputs: Sequence[str], count: int) -> dict[str, Floats]:
-    """Return the outputs as arrays (count,). Raises CallFailedError where one is invalid."""
+    """Return the outputs as arrays, shape (count,) each.
+
+    Raises CallFailedError where `returned` is no mapping, or where one of them is missing, not
+    real, not finite or of another shape.
+    """
     if not isinstance(returned, Mapping):
         raise CallFailedError(
             f"it returned {type(returned).__name__}, not a mapping from output name to array"
@@ -106,7 +113,10 @@ def _array(name: str, value: Any, count: int) -> Floats:
 
 
 def difference(one: Mapping[str, Floats], other: Mapping[str, Floats]) -> str:
-    """Describe where two runs with the same parameters differ; empty where they agree."""
+    """Describe where two runs with the same parameters differ; empty where they agree.
+
+    one, other: outputs by name, (n,) each.
+    """
     for name, values in one.items():
         largest = float(np.max(np.abs(values - other[name]), initial=0.0))
         if largest > REPEATABILITY_TOLERANCE * float(np.max(np.abs(values), initial=0.0)):

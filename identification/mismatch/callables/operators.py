@@ -44,9 +44,9 @@ def speeds_used(task: Task) -> bool:
 
 
 def inputs_with_effects(task: Task, outputs: Floats) -> Floats:
-    """Return the inputs with input disturbances and effects applied, (rows, inputs).
+    """Return the inputs with input disturbances and effects applied, shape (rows, inputs), SI.
 
-    outputs: (rows, outputs and states), regressors of some effects.
+    outputs: shape (rows, outputs and states), SI, regressors of some effects.
     """
     disturbed = task.record.inputs + task.push[:, : len(task.file.inputs)]
     effects = at_kind(INPUT, task.effects)
@@ -69,9 +69,10 @@ def inputs_with_effects(task: Task, outputs: Floats) -> Floats:
 
 
 def outputs_with_effects(task: Task, inputs: Floats, raw: Floats) -> Floats:
-    """Return the outputs with effects applied, (rows, outputs).
+    """Return the outputs with effects applied, shape (rows, outputs), SI.
 
-    inputs: after their effects, (rows, inputs); raw: before effects, (rows, outputs and states).
+    inputs: after their effects, shape (rows, inputs), SI; raw: before effects, shape (rows, outputs
+    and states), SI.
     """
     effects = at_kind(OUTPUT, task.effects)
     if not effects:

@@ -58,7 +58,10 @@ class RunCache:
     lock: Lock = field(default_factory=Lock)
 
     def put(self, key: bytes, run: Floats) -> None:
-        """Cache a run and remove the oldest ones above the size limit."""
+        """Cache a run and remove the oldest ones above the size limit.
+
+        run: outputs and states before effects, shape (rows, outputs and states), SI.
+        """
         with self.lock:
             replaced = self.runs.pop(key, None)
             self.runs[key] = run
@@ -85,7 +88,7 @@ class ExternalSimulator(Simulator):
     remedy = "run it by itself with the nominal parameters and these inputs"
 
     def bounded(self, values: Floats) -> Floats:
-        """Return parameters within their bounds."""
+        """Return parameters within their bounds, SI, shape (parameters,)."""
         return np.clip(values, self.low, self.high)
 
     def duration(self, recordings: int) -> str:
@@ -157,7 +160,10 @@ class ExternalSimulator(Simulator):
 
 
 def recorded_outputs(task: Task) -> Floats:
-    """Return the recorded outputs and states, (rows, outputs and states); 0 where not recorded."""
+    """Return the recorded outputs and states, SI; 0 where not recorded.
+
+    Shape (rows, outputs and states).
+    """
     zeros = np.zeros(task.record.grid.rows)
     known = task.record.measured
     return np.column_stack([known.get(name, zeros) for name in shown_names(task.file)])
@@ -166,7 +172,7 @@ def recorded_outputs(task: Task) -> Floats:
 def call_of(task: Task, inputs: Floats) -> Call:
     """Return the call of a task; sample k of all arrays is at times[k].
 
-    inputs: (rows, inputs); a row begins at a sample and ends at the next one.
+    inputs: SI, shape (rows, inputs); a row begins at a sample and ends at the next one.
     """
     grid = task.record.grid
     entries = zip(task.file.inputs.items(), inputs.T, strict=True)

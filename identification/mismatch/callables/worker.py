@@ -131,9 +131,10 @@ class IsolatedCaller:
 
 
 def started(caller: Caller, others: Sequence[Connection] = ()) -> Worker:
-    """Start a worker process. others: connections to other workers.
+    """Start a worker process. caller: its outputs are (n,) each, see `Caller`.
 
-    The new process closes them; otherwise the other workers would outlive a killed analysis.
+    others: connections to other workers. The new process closes them; otherwise the other workers
+    would outlive a killed analysis.
     """
     context = multiprocessing.get_context("fork")
     parent_end, child_end = context.Pipe()

@@ -137,7 +137,7 @@ def _sum(one: Mapping[str, Floats], other: Mapping[str, Floats]) -> dict[str, Fl
 
 
 def injected_rows(fit: Fit, r: int, place: InjectionPoint, curve: Curve) -> dict[str, Floats]:
-    """Return the input disturbances of a curve in one record, (rows,) each."""
+    """Return the input disturbances of a curve in one record by name, SI, shape (rows,) each."""
     record = fit.model.records[r]
     waveform = regressors(fit, place.subsystem, r)[curve.regressor]
     return fit.model.at(fit.point).input_disturbance(

@@ -40,8 +40,8 @@ class InputSpline(Hypothesis):
     """A curve with its values as parameters, relative to the typical disturbance at its point.
 
     quantities: its regressor in every record, (rows,) each; unit: scale of each value, in the unit
-    of the disturbance over that of the regressor, so that 1 is a typical disturbance; responses: see
-    `Hypothesis`. spread: prior deviation of the parameters.
+    of the disturbance over that of the regressor, so that 1 is a typical disturbance; responses:
+    see `Hypothesis`. spread: prior deviation of the parameters.
     """
 
     system: System
@@ -61,8 +61,9 @@ class InputSpline(Hypothesis):
     ) -> "InputSpline":
         """Return a spline of zeros over its regressor as simulated by a fit.
 
-        A periodic curve of an angle has no linear responses: it is too fast for impulse responses
-        in bins, and it affects the tooth pattern of a wheel, which they do not include.
+        knots: SI, shape (knots,). A periodic curve of an angle has no linear responses: it is too
+        fast for impulse responses in bins, and it affects the tooth pattern of a wheel, which they
+        do not include.
         """
         waveforms = _regressor_of(fit, place, regressor)
         unit = place.size / np.maximum(
@@ -137,8 +138,9 @@ def _regressor_of(fit: Fit, place: InjectionPoint, regressor: str) -> tuple[Floa
 def best_spread(fit: Fit, responses: Series) -> float:
     """Return the prior deviation of the parameters that maximizes the evidence.
 
-    The evidence is that of a linear model with Gaussian parameters (MacKay, Neural Computation 4
-    (1992) 415): poorly determined values stay small and are not fitted to noise.
+    responses: of the outputs to a unit of each parameter, (T, m, p) by output group and record. The
+    evidence is that of a linear model with Gaussian parameters (MacKay, Neural Computation 4 (1992)
+    415): poorly determined values stay small and are not fitted to noise.
     """
     linear = Linearization.of(fit)
     projected = linear.nuisances.project_out(whiten_and_stack(fit.model, fit.noise, responses))

@@ -84,10 +84,10 @@ class ModelSpline(Hypothesis):
 
 
 def increments(curve: Curve) -> Floats:
-    """Return the matrix (knots, p) from parameters to values.
+    """Return the matrix from parameters to values, shape (knots, p).
 
-    The parameters are the first value and, up to the root of the distance, the increments from knot to
-    knot: a random walk, so that values at knots that no recording visits lie between their
+    The parameters are the first value and, up to the root of the distance, the increments from knot
+    to knot: a random walk, so that values at knots that no recording visits lie between their
     neighbours (Wahba, "Spline Models for Observational Data" (1990), section 1.4). Around a turn
     they are the values.
     """
@@ -144,7 +144,10 @@ def _spread(base: Fit, place: InjectionPoint, curve: Curve) -> float:
 
 
 def with_many_knots(knots: Floats) -> Floats:
-    """Return KNOTS knots, or twice as many as a detailed curve has, spaced like those given."""
+    """Return KNOTS knots, or twice as many as a detailed curve has, spaced like those given.
+
+    knots: SI, (n,). More than KNOTS of them are those of a detailed curve; it gets 2 n - 1 knots.
+    """
     count = KNOTS if knots.size <= KNOTS else 2 * knots.size - 1
     return np.interp(np.linspace(0.0, knots.size - 1.0, count), np.arange(knots.size), knots)
 

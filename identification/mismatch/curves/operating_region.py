@@ -71,7 +71,10 @@ def operating_region(linear: Linearization, curve: Curve) -> OperatingRegion | N
 
 
 def plainest(fit: Fit, response: Series) -> str:
-    """Return the output with the largest effect response relative to its innovations."""
+    """Return the output with the largest effect response relative to its innovations.
+
+    response: unwhitened, (T, m) by output group and record; empty where nothing changes.
+    """
     ratios: dict[str, float] = {}
     for block, white, parts in zip(fit.model.partition.groups, fit.noise, response, strict=True):
         spread = np.sqrt(np.sum(np.linalg.inv(white.inverse) ** 2, axis=1))

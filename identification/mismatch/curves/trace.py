@@ -37,7 +37,10 @@ RecordRegressors = list[tuple[Record, dict[str, Floats]]]
 
 
 def regressors(fit: Fit, subsystem: str, r: int) -> Mapping[str, Floats]:
-    """Return the recorded and simulated waveforms of one subsystem by name, (rows,) each."""
+    """Return the recorded and simulated waveforms of one subsystem by name, SI, in record r.
+
+    Shape (rows,) each; (2, rows) for a scale, see `regressor.scale`.
+    """
     model = fit.model
     model_inputs = added_inputs(model, fit.point, r)
     system, record, q = model.at(fit.point), model.records[r], fit.point.q[r]
@@ -45,7 +48,10 @@ def regressors(fit: Fit, subsystem: str, r: int) -> Mapping[str, Floats]:
 
 
 def regressors_by_record(fit: Fit, subsystem: str) -> RecordRegressors:
-    """Return every record with the regressors of a subsystem that all records contain."""
+    """Return every record with the regressors of a subsystem that all records contain.
+
+    By name, SI, shape (rows,) each; (2, rows) for a scale.
+    """
     waveforms = [regressors(fit, subsystem, r) for r in range(len(fit.model.records))]
     shared = sorted(set.intersection(*(set(c) for c in waveforms)))
     return [
@@ -57,7 +63,11 @@ def regressors_by_record(fit: Fit, subsystem: str) -> RecordRegressors:
 def concatenated_bins(
     name: str, by_record: Sequence[tuple[Record, Mapping[str, Floats]]]
 ) -> Floats:
-    """Return a regressor in the bins of all records, concatenated, (bins,)."""
+    """Return a regressor in the bins of all records, concatenated, SI, shape (bins,).
+
+    by_record: regressors by name, SI, shape (rows,) each. For a scale, (2, rows), the result is the
+    quantity on the abscissa.
+    """
     waveforms = (
         (record, s[name][0] if kind_of(name) == SCALE else s[name]) for record, s in by_record
     )
@@ -65,7 +75,11 @@ def concatenated_bins(
 
 
 def in_bins(record: Record, knots: Mapping[str, Floats], waveforms: Mapping[str, Floats]) -> Floats:
-    """Return the disturbance per knot of each regressor, bin by bin, (bins, all knots)."""
+    """Return the disturbance per knot of each regressor, bin by bin, shape (bins, all knots).
+
+    knots: of each regressor, shape (knots,), SI; waveforms: shape (rows,), or (2, rows) for a
+    scale, SI.
+    """
     return np.concatenate(
         [_in_bins(record.grid, name, waveforms[name], at) for name, at in knots.items()], axis=1
     )
@@ -81,10 +95,10 @@ def _in_bins(grid: Grid, name: str, z: Floats, knots: Floats) -> Floats:
 
 
 def between_knots(grid: Grid, z: Floats, knots: Floats, by: Floats | None = None) -> Floats:
-    """Return the bin means of the tent functions of a piecewise linear curve, (bins, knots).
+    """Return the bin means of the tent functions of a piecewise linear curve.
 
-    Only the two knots next to a value have nonzero weight. z: (rows,); by: factor of the weights,
-    (rows,), 1 if not given.
+    Shape (bins, knots). Only the two knots next to a value have nonzero weight. z: shape (rows,),
+    in the unit of the knots; by: factor of the weights, shape (rows,), 1 if not given.
     """
     in_bin = grid.in_bins(z)
     interval = np.clip(np.searchsorted(knots, in_bin, side="right") - 1, 0, knots.size - 2)

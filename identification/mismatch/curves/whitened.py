@@ -106,13 +106,19 @@ class Whitened:
     tents: dict[tuple[str, ...], Waveforms] = field(default_factory=dict)
 
     def seen_by(self, subsystem: str) -> RecordRegressors:
-        """Return every record with the regressors of a subsystem that all records contain."""
+        """Return every record with the regressors of a subsystem that all records contain.
+
+        By name, SI, shape (rows,) each; (2, rows) for a scale.
+        """
         if subsystem not in self.seen:
             self.seen[subsystem] = regressors_by_record(self.fit, subsystem)
         return self.seen[subsystem]
 
     def along(self, subsystem: str, knots: Mapping[str, Floats]) -> Waveforms:
-        """Return the unit disturbances of each knot of each regressor, side by side."""
+        """Return the unit disturbances of each knot of each regressor, side by side.
+
+        knots: of each regressor, shape (knots,), SI. The waveforms have shape (bins, all knots).
+        """
         key = (subsystem, *knots)
         if key not in self.tents:
             self.tents.clear()
@@ -121,7 +127,10 @@ class Whitened:
         return self.tents[key]
 
     def columns(self, place: InjectionPoint, waveforms: Waveforms) -> Floats:
-        """Return the whitened responses to disturbances at an injection point, (rows, k)."""
+        """Return the whitened responses to disturbances at an injection point, shape (rows, k).
+
+        waveforms: the disturbances, shape (bins, k) by record.
+        """
         if place.name not in self.answers:
             self.answers[place.name] = self._responses(place)
         measured = self.fit.model.measured

@@ -121,7 +121,11 @@ class Candidate(Hypothesis):
         return replace(self.pattern, **values)
 
     def moved(self, step: Floats) -> Self:
-        """Return the candidate after a step of its parameters; the size keeps its sign."""
+        """Return the candidate after a step of its parameters; the size keeps its sign.
+
+        step: shape (parameters,), in typical sizes for the size, in prior deviations for the
+        shapes.
+        """
         parameters = np.array(self.parameters) + step
         if self.fixed_from_data and abs(step[0]) < 0.5 * DIFFERENCE_STEP * abs(self.size):
             parameters[0] = self.size

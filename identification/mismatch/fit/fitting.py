@@ -52,22 +52,22 @@ class Fit:
 
     @once
     def residuals(self) -> Series:
-        """Residuals at this point."""
+        """Residuals, (T, m) by output group and record, in the unit of each output."""
         return residuals(self.model, self.predicted)
 
     @once
     def whitened_residuals(self) -> Floats:
-        """Whitened residuals."""
+        """Whitened residuals, shape (rows,)."""
         return whiten_and_stack(self.model, self.noise, self.residuals)
 
     @once
     def whitened(self) -> Floats:
-        """Whitened sensitivities at `slopes_at`, (rows, p)."""
+        """Whitened sensitivities at `slopes_at`, shape (rows, p)."""
         return whiten_and_stack(self.model, self.noise, self.slopes)
 
     @property
     def taken_at(self) -> Floats:
-        """Coordinates of the system at which the sensitivities were taken."""
+        """Coordinates of the system at which the sensitivities were taken, (n,)."""
         return self.point.x if self.slopes_at is None else self.slopes_at
 
     @property
@@ -88,7 +88,7 @@ class Fit:
 
     @once
     def clusters(self) -> Integers:
-        """Index of the time segment of every whitened row."""
+        """Index of the time segment of every whitened row, shape (rows,)."""
         return clusters(self.model)
 
     @once
@@ -126,7 +126,7 @@ class Fit:
 
     @once
     def effect_columns(self) -> Floats:
-        """Whitened sensitivities to the parameters of all effects, (rows, parameters)."""
+        """Whitened sensitivities to the parameters of all effects, shape (rows, parameters)."""
         return whiten_and_stack(self.model, self.noise, _parameter_columns(self))
 
 
@@ -214,12 +214,12 @@ def _put_known(
 
 
 def parameters(now: Sequence[Hypothesis]) -> Floats:
-    """Parameters of all candidates, concatenated, (parameters,)."""
+    """Parameters of all candidates, concatenated, shape (parameters,)."""
     return np.concatenate([c.parameters for c in now]) if now else np.zeros(0)
 
 
 def deviations(now: Sequence[Hypothesis]) -> Floats:
-    """Prior deviation of each of them, (parameters,)."""
+    """Prior deviation of each of them, shape (parameters,)."""
     return np.concatenate([c.deviations for c in now])
 
 

@@ -41,4 +41,4 @@ class Hypothesis(ABC):
 
     @abstractmethod
     def moved(self, step: Floats) -> Self:
-        """Return the hypothesis after a step of its parameters, (parameters,)."""
+        """Return the hypothesis after a step of its parameters, shape (parameters,)."""

@@ -52,15 +52,21 @@ class Linearization:
 
     @once
     def coarse(self) -> Series:
-        """Predicted outputs, simulated with the coarse steps of the effect responses."""
+        """Predicted outputs, simulated with the coarse steps of the effect responses.
+
+        (T, m) by output group and record, in the unit of each output.
+        """
         return predict(self.fit.model.coarse, self.fit.point, runs=self.runs)
 
     def effect_response(self, candidate: Candidate) -> Floats:
-        """Whitened change of all outputs by a candidate, (rows,); zeros where it cannot be run."""
+        """Whitened change of all outputs by a candidate, shape (rows,).
+
+        Zeros where it cannot be run.
+        """
         return self.effect_responses([candidate])[:, 0]
 
     def effect_responses(self, candidates: Sequence[Candidate | Effect]) -> Floats:
-        """Return the whitened responses of several candidates, (rows, candidates)."""
+        """Return the whitened responses of several candidates, shape (rows, candidates)."""
         return self.whitened(self.changes(candidates))
 
     def changes(self, candidates: Sequence[Candidate | Effect]) -> list[Series]:
@@ -69,7 +75,10 @@ class Linearization:
         return in_threads(lambda one: self._change(one, base), candidates)
 
     def whitened(self, changes: Sequence[Changes]) -> Floats:
-        """Return changes, of this or another fit of the same records, as responses, (rows, k)."""
+        """Return changes, of this or another fit of the same records, as responses.
+
+        changes: (T, m) by output group and record, each; gives shape (rows, k).
+        """
         model = self.fit.model
         stacked = [[np.zeros((*m.shape, len(changes))) for m in ms] for ms in model.measured]
         for i, of_one in enumerate(changes):

@@ -170,7 +170,7 @@ def after_step(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
 
 
 def turned(now: Sequence[Hypothesis], step: Floats) -> tuple[Hypothesis, ...]:
-    """Return the candidates after a step of their parameters, (parameters,)."""
+    """Return the candidates after a step of their parameters, shape (parameters,)."""
     if not now:
         return ()
     places = np.cumsum([len(c.parameters) for c in now])[:-1]

@@ -52,7 +52,7 @@ def whiten_and_stack(model: Model, noise: Sequence[Whitener], series: Series) ->
 
 
 def clusters(model: Model) -> Integers:
-    """Index of the time segment, within one record, of every whitened row, (rows,)."""
+    """Index of the time segment, within one record, of every whitened row, shape (rows,)."""
     parts = []
     for measured in model.measured:
         for r, (record, m) in enumerate(zip(model.records, measured, strict=True)):
@@ -63,7 +63,7 @@ def clusters(model: Model) -> Integers:
 
 
 def recordings(model: Model) -> Integers:
-    """Index of the record of every whitened row, (rows,)."""
+    """Index of the record of every whitened row, shape (rows,)."""
     parts = [np.full(m.size, r) for measured in model.measured for r, m in enumerate(measured)]
     return np.concatenate(parts)
 
@@ -91,7 +91,7 @@ class Nuisances:
 
     @once
     def factor(self) -> tuple[Floats, bool]:
-        """Cholesky factor of the normal matrix."""
+        """Cholesky factor of the normal matrix, (p, p), and whether it is the lower one."""
         return linalg.cho_factor(self.normal)
 
     def solve(self, correlations: Floats) -> Floats:

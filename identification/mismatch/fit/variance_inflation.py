@@ -61,7 +61,10 @@ def cluster_variances(
 def fit_variance_inflation(
     columns: Floats, residual: Floats, clusters: Integers
 ) -> VarianceInflation:
-    """Fit the prior variance inflation to many columns (rows, p); a weak prior for few."""
+    """Fit the prior variance inflation to many columns; a weak prior for few.
+
+    columns: shape (rows, p); residual, clusters: shape (rows,).
+    """
     if columns.shape[1] < FEWEST:
         return VarianceInflation(freedom=LEAST)
     robust, white, freedom = cluster_variances(columns, residual, clusters)
@@ -101,9 +104,9 @@ def amplitude_p(
     inflation: VarianceInflation,
     least: float = 0.0,
 ) -> float:
-    """One-sided p of the amplitude of a response (rows,) in a residual (rows,).
+    """One-sided p of the amplitude of a response in a residual.
 
-    least: negligible amplitude.
+    response, residual, clusters: shape (rows,). least: negligible amplitude.
     """
     energy = float(response @ response)
     if energy < 1e-6:

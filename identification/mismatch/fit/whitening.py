@@ -126,13 +126,16 @@ def whitener(
 
 
 def pasts(residuals: Sequence[Floats], order: int) -> list[Floats]:
-    """Return the regressors of the lags, (T - order, order m) by record, in output scales."""
+    """Return the regressors of the lags, shape (T - order, order m) by record, in output scales.
+
+    residuals: (T, m) by record.
+    """
     scale = scale_of(residuals)
     return [_past(r / scale, order) for r in residuals]
 
 
 def root_of_normal(past: Sequence[Floats], outputs: int, memory: float) -> Floats:
-    """Return the lower Cholesky factor of the lags' normal matrix, (order m, order m).
+    """Return the lower Cholesky factor of the lags' normal matrix, shape (order m, order m).
 
     past: of all records, see `pasts`. The damping of a lag enters as the equivalent ridge.
     """

@@ -44,7 +44,7 @@ def _coordinate(vehicle: Vehicle, owner: str, name: str, value: float) -> Coordi
 
 
 def motorcycle_at(base: Motorcycle, known: Sequence[Coordinate], x: Floats) -> Motorcycle:
-    """Return the motorcycle at coordinates x, every value limited to its range."""
+    """Return the motorcycle at coordinates x, (n,), every value limited to its range."""
     changed: dict[str, dict[str, float]] = {}
     gears = list(base.gears)
     for coordinate, position in zip(known, x, strict=True):

@@ -38,9 +38,10 @@ OVER_RADIUS = {"tyre force": "rear_brake"}
 def columns(
     injection: InjectionPoint, bike: Motorcycle, record: Record, waveform: Floats
 ) -> dict[str, Floats]:
-    """Return columns of the inputs for a waveform of the injected quantity, row by row.
+    """Return columns of the inputs by name, SI, shape (rows,), for a waveform of a disturbance.
 
-    A disturbance of the servo is added to the command, earlier by the delay of the servo.
+    waveform: of the injected quantity, SI, shape (rows,). A disturbance of the servo is added to
+    the command, earlier by the delay of the servo.
     """
     factors: Mapping[str, float] = injection.inputs
     if "throttle_command" in factors:
@@ -57,7 +58,10 @@ def columns(
 
 
 def later(waveform: Floats, rows: float) -> Floats:
-    """Return a waveform delayed by so many rows (negative: advanced), its ends continued."""
+    """Return a waveform delayed by so many rows (negative: advanced), its ends continued.
+
+    waveform: shape (rows,), as the result.
+    """
     row = np.arange(float(waveform.size))
     return np.interp(row - rows, row, waveform)
 

@@ -32,7 +32,11 @@ def simulate(
     q: Floats,
     added: Mapping[str, Floats],
 ) -> Outputs:
-    """Simulate one subsystem of one record. q: slow road; added: to columns of the inputs."""
+    """Simulate one subsystem of one record.
+
+    q: slow road, one value for each column of `record.slow`, shape (K,); added: to columns of the
+    inputs by name, SI, shape (rows,) each.
+    """
     simulation, state, inputs = ready(bike, record, partition, subsystem, q, added)
     return simulation.advance(state, inputs)[1]
 
@@ -48,7 +52,8 @@ def shown(
 ) -> Mapping[str, Floats]:
     """Return the result of `simulate`, but only columns that sensors of this subsystem measure.
 
-    They are cached for other calls and must not be modified.
+    By name, SI, shape (rows,) each. They are cached for other calls and must not be modified. q,
+    added: as for `simulate`; finer: integration steps per row.
     """
     outputs = [
         o for block in partition.groups if block.subsystem == subsystem for o in block.outputs
@@ -72,7 +77,11 @@ def ready(
     finer: int = FINER,
     servo_only: bool = False,
 ) -> tuple[Simulation, Floats, Inputs]:
-    """Return the simulation, its initial state and its inputs; they must not be modified."""
+    """Return the simulation, its initial state and its inputs; they must not be modified.
+
+    The initial state is that of `Simulation.state`, shape (size,). q, added: as for `simulate`;
+    finer: integration steps per row.
+    """
     step = record.grid.step
     simulation = _simulation(bike, step, finer, servo_only)
     warm_up = round(LEAD_IN / step)
@@ -263,7 +272,10 @@ def _begin(simulation: Simulation, inputs: Inputs, record: Record, speed: Floats
 def starts(
     bike: Motorcycle, inputs: Inputs, record: Record, speed: Floats
 ) -> tuple[float, dict[str, float]]:
-    """Return the initial opening (0..1), and the other initial states that are not zero."""
+    """Return the initial opening (0..1), and the other initial states that are not zero, SI.
+
+    speed: recorded speed, m/s, shape (rows,), of which the mean of the first 20 rows is used.
+    """
     v = float(np.mean(speed[:20]))
     gear = max(int(inputs.gear[0]), 1)
     rear = v / bike.rear_wheel.radius * 1.01

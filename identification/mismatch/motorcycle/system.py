@@ -93,7 +93,10 @@ class MotorcycleSystem(System):
         return self.vehicle.plus_minus
 
     def at(self, known: Sequence[Coordinate], x: Floats, effects: Sequence[Effect]) -> Self:
-        """Return the vehicle with other parameters, limited to their ranges."""
+        """Return the vehicle at coordinates x, (n,), every value limited to its range.
+
+        The effects replace those of the vehicle with the same key.
+        """
         base = self._with_numbers(known, x)
         new = {e.key for e in effects}
         others = tuple(e for e in base.effects if e.key not in new)
@@ -187,7 +190,10 @@ class MotorcycleSystem(System):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
-        """Simulate one subsystem of one record."""
+        """Simulate one subsystem of one record. Returns columns by name, SI, shape (rows,) each.
+
+        q: slow road, shape (K,); added: to columns of the inputs, SI, shape (rows,) each.
+        """
         return shown(self.vehicle.motorcycle, record, partition, subsystem, q, added, self.finer)
 
     def derivatives(
@@ -200,7 +206,10 @@ class MotorcycleSystem(System):
         known: Sequence[Coordinate],
         x: Floats,
     ) -> Derivatives:
-        """Simulate one subsystem with tangents."""
+        """Simulate one subsystem with tangents, shape (rows, directions) by column.
+
+        q, added: as for `simulate`; x: coordinates of `known`, (n,).
+        """
         numbers = [
             i for i, k in enumerate(known) if subsystem in self.affected_subsystems(partition, k)
         ]
@@ -216,7 +225,7 @@ class MotorcycleSystem(System):
     def curve(
         self, place: InjectionPoint, regressor: str, knots: Floats, values: Floats, number: int
     ) -> Effect | None:
-        """Return the plant's free curve."""
+        """Return the plant's free curve. knots, values: (n,), SI."""
         return free_curve(place.name, regressor, tuple(knots), tuple(values), number)
 
     def unseen_turns(self) -> tuple[Turn, ...]:
@@ -234,7 +243,10 @@ class MotorcycleSystem(System):
     def input_disturbance(
         self, place: InjectionPoint, record: Record, waveform: Floats
     ) -> dict[str, Floats]:
-        """Return a disturbance through the inputs of the plant."""
+        """Return a disturbance as columns of the plant's inputs, SI, shape (rows,) each.
+
+        waveform: in the unit of the injection point, SI, shape (rows,).
+        """
         return places.columns(place, self.vehicle.motorcycle, record, waveform)
 
     def regressors(
@@ -245,7 +257,10 @@ class MotorcycleSystem(System):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
-        """Return regressors of the servo, or of the motion from the throttle plate to the road."""
+        """Return regressors of the servo, or of the motion from the throttle plate to the road.
+
+        SI, shape (rows,) each; (2, rows) for a scale. q, added: as for `simulate`.
+        """
         out = simulate(self.vehicle.motorcycle, record, partition, subsystem, q, added)
         bike = self.vehicle.motorcycle
         if subsystem == "servo":

@@ -41,8 +41,9 @@ def derivatives(
 ) -> Derivatives:
     """Simulate as `simulate.shown`, with derivatives to coordinates and the slow disturbance.
 
-    bike: at the coordinates x of `known`; numbers: indices of the coordinates that act in this
-    subsystem. The slow disturbance acts in the motion only.
+    bike: at the coordinates x of `known`, (n,); numbers: indices of the coordinates that act in
+    this subsystem. The slow disturbance acts in the motion only. The derivatives of a column have
+    shape (rows, directions).
     """
     simulation, state, inputs = ready(
         bike, record, partition, subsystem, q, added, finer, servo_only=subsystem == "servo"

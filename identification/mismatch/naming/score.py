@@ -97,8 +97,8 @@ def scores(
 ) -> list[Score]:
     """Score candidates at their sizes.
 
-    kept: receives the responses of candidates with a road position; traces: receives the changes of
-    the best candidates.
+    kept: receives the responses of candidates with a road position, shape (rows,) each; traces:
+    receives the changes of the best candidates.
     """
     scored: list[Score] = []
     for batch in batches(linear, candidates):
@@ -149,7 +149,7 @@ def placebo_locations(
 ) -> list[PlaceboLocation]:
     """Return the result of each trial alone for one effect at several locations.
 
-    kept: responses of these candidates, (rows,) each, where they are known already.
+    kept: responses of these candidates, shape (rows,) each, where they are known already.
     """
     known = {} if kept is None else kept
     missing = [p for p in places if p not in known]

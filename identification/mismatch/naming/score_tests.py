@@ -40,7 +40,7 @@ class ScoreTests:
 
 
 def score_tests(linear: Linearization, columns: Floats) -> ScoreTests:
-    """Test responses, (rows, k), against the residual."""
+    """Test responses, shape (rows, k), against the residual."""
     whole_energy = np.einsum("ij,ij->j", columns, columns)
     products, hidden = linear.nuisances.products(columns)
     energy = whole_energy - np.einsum("ij,ij->j", products, hidden)
@@ -52,14 +52,20 @@ def score_tests(linear: Linearization, columns: Floats) -> ScoreTests:
 
 
 def directions(linear: Linearization, columns: Floats) -> Floats:
-    """Return projected responses of columns (rows, k), each normalized to length one or zero."""
+    """Return projected responses of columns, each normalized to length one or zero.
+
+    columns: shape (rows, k); gives shape (rows + p, k), see `Nuisances.project_out`.
+    """
     projected = linear.nuisances.project_out(columns)
     length = np.sqrt(np.einsum("ij,ij->j", projected, projected))
     return np.asarray(projected / np.where(length > 0.0, length, 1.0))
 
 
 def different(directions: Floats, most: int) -> list[int]:
-    """Return indices of the first directions, (rows, k), that differ from all before them."""
+    """Return indices of the first directions that differ from all before them.
+
+    directions: see `directions`, shape (rows + p, k); most: largest number of indices.
+    """
     selected: list[int] = []
     for i, one in enumerate(directions.T):
         if len(selected) < most and np.all(np.abs(directions[:, selected].T @ one) < ALIKE):

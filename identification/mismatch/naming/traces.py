@@ -44,5 +44,8 @@ class Traces:
         return set(self._kept)
 
     def tries(self) -> list[tuple[Candidate, Changes]]:
-        """Candidates with their changes of the outputs, the best of each effect first."""
+        """Candidates with their changes of the outputs, the best of each effect first.
+
+        Changes: (T, m) by output group and record; empty where nothing changes.
+        """
         return [(one, change) for stored in self._kept.values() for _, one, change in stored]

@@ -63,16 +63,16 @@ class Residuals:
 
     @property
     def both(self) -> tuple[list[Floats], list[Floats]]:
-        """Residuals of both systems."""
+        """Residuals of both systems, (T,) by record, in the units of the file."""
         return self.before, self.after
 
     def in_band(self, series: Sequence[Floats]) -> list[Floats]:
-        """Return series in the band in which the systems differ."""
+        """Return series, (T,) by record, in the band in which the systems differ."""
         return [within(residual, self.shown.band, self.width) for residual in series]
 
     @property
     def change(self) -> list[Floats]:
-        """Change of the output by the effect, as simulated."""
+        """Simulated change of the output by the effect, (T,) by record, in units of the file."""
         return [before - after for before, after in zip(self.before, self.after, strict=True)]
 
 

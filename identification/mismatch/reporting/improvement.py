@@ -186,7 +186,11 @@ def _interval_of_sum(gains: Floats) -> tuple[float, float]:
 
 
 def interval_of_ratio(before: Floats, after: Floats) -> tuple[float, float]:
-    """Return the interval of the RMS error ratio. before, after: sums of squares by piece."""
+    """Return the 95 % interval of the RMS error ratio.
+
+    before, after: sums of squares by piece of time, shape (pieces,). NOT_KNOWN where there are
+    fewer than FEWEST pieces, or a sum over all pieces is 0.
+    """
     n = before.size
     if n < FEWEST or not (before.sum() > 0.0 and after.sum() > 0.0):
         return NOT_KNOWN

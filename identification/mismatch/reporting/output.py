@@ -22,7 +22,11 @@ IMPROVED = ".improved.toml"
 
 
 def prepare_places(json_path: Path | None, folder: Path | None) -> None:
-    """Make the output folders before the analysis. Raises InputError where that fails."""
+    """Make the output folders before the analysis.
+
+    Raises InputError where that fails. Its cause is the OSError: IsADirectoryError where the path
+    of the JSON file is a folder.
+    """
     try:
         if json_path is not None and json_path.is_dir():
             raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(json_path))

@@ -55,12 +55,12 @@ class Model:
 
     @once
     def measured(self) -> Series:
-        """Recorded outputs."""
+        """Recorded outputs, (T, m) by output group and record, in the unit of each output."""
         return [[_stack(b, r, None) for r in self.records] for b in self.partition.groups]
 
     @once
     def known_bins(self) -> Series:
-        """1 for bins with recorded samples, 0 for others."""
+        """1 for bins with recorded samples, 0 for others; (T, m) by output group and record."""
         return [
             [
                 np.column_stack([r.sensors[o].known for o in b.outputs]).astype(float)
@@ -150,7 +150,10 @@ def models(system: System, *sets: Sequence[Record]) -> list[Model]:
 def added_inputs(
     model: Model, point: Point, record: int, extra: Mapping[str, Floats] | None = None
 ) -> dict[str, Floats]:
-    """Return values added to a record's inputs: injected, of the point's effects, extra."""
+    """Return values added to a record's inputs: injected, of the point's effects, extra.
+
+    They and extra are by name of the input, SI, shape (rows,) each.
+    """
     disturbances = [e.waveforms[record] for e in point.effects if isinstance(e, InputDisturbance)]
     added: dict[str, Floats] = {}
     for waveforms in (*model.injected[record : record + 1], *disturbances, extra or {}):
@@ -167,7 +170,10 @@ def simulate(
     extra: Mapping[str, Floats] | None = None,
     system: System | None = None,
 ) -> Columns:
-    """Simulate one subsystem of one record. extra: values added to columns of the inputs."""
+    """Simulate one subsystem of one record; each column has shape (rows,).
+
+    extra: values added to columns of the inputs, SI, shape (rows,) each.
+    """
     simulated = model.at(point) if system is None else system
     added = added_inputs(model, point, record, extra)
     return simulated.simulate(
@@ -184,7 +190,8 @@ def predict(
 ) -> Series:
     """Return the predicted outputs; output groups of other subsystems or records stay empty.
 
-    runs: simulations of this point, if there are any; new simulations are added.
+    (T, m) by output group and record, in the unit of each output. runs: simulations of this point,
+    if there are any; new simulations are added.
     """
     system = model.at(point)
     effects = [e for e in system.effects if not (model.stepless and isinstance(e, Quantizes))]

@@ -38,7 +38,7 @@ NO_GRID = QuantizationGrid()
 
 
 def fit_quantization(values: Floats) -> QuantizationGrid:
-    """Fit step and phase to values.
+    """Fit step and phase to values, (n,), in the unit of the channel.
 
     An error of a thousandth of the step adds up to a full step after a thousand steps. So all
     spacings are used, not only the smallest.

@@ -71,10 +71,11 @@ def with_kinds(
     detail: Iterable[str] = (),
     scaled: Iterable[tuple[str, str]] = (),
 ) -> dict[str, Floats]:
-    """Return quantities, (rows,) each, and regressors of other kinds that are made of them.
+    """Return quantities and regressors of other kinds that are made of them.
 
-    past, hysteresis, detail: names of quantities; those that do not exist are left out. scaled: pairs of
-    the quantity that is scaled and the one over which its factor varies.
+    Shape (rows,) each; (2, rows) for a scale. past, hysteresis, detail: names of quantities; those
+    that do not exist are left out. scaled: pairs of the quantity that is scaled and the one over
+    which its factor varies.
     """
     kinds = {PAST: past, HYSTERESIS: hysteresis, DETAIL: detail}
     more = {k + n: quantities[n] for k, names in kinds.items() for n in names if n in quantities}
@@ -87,7 +88,8 @@ def with_kinds(
 def knots_for(regressor: str, z: Floats) -> Floats:
     """Return the knots of a curve: of z, lags or half widths; empty where z does not vary.
 
-    z: the quantity alone, (rows,) or bins.
+    Shape (knots,), in the unit of z; s for lags, rad for a turn. z: the quantity alone, shape
+    (rows,) or (bins,).
     """
     if kind_of(regressor) == PAST:
         return LAGS if np.ptp(z) > 0.0 else np.empty(0)
@@ -119,7 +121,11 @@ def columns(regressor: str, z: Floats, knots: Floats, step: float) -> Iterator[F
 
 
 def curve_waveform(regressor: str, z: Floats, knots: Floats, values: Floats, step: float) -> Floats:
-    """Return the waveform of a curve, (rows,)."""
+    """Return the waveform of a curve, shape (rows,).
+
+    z: the quantity, shape (rows,), or the result of `scale`, (2, rows); knots, values: (n,). step:
+    s, of a row.
+    """
     if kind_of(regressor) == SCALE:
         return np.asarray(z[1] * np.interp(z[0], knots, values))
     if kind_of(regressor) in ("", DETAIL):
@@ -140,7 +146,10 @@ def half_range(regressor: str, z: Floats, knots: Floats) -> Floats:
 
 
 def finer(regressor: str, knots: Floats) -> Floats:
-    """Return the knots with others in between, as set in `HALVED`; half widths stay as they are."""
+    """Return the knots with others in between, as set in `HALVED`; half widths stay as they are.
+
+    knots: (n,), in increasing order.
+    """
     for _ in range(HALVED.get(kind_of(regressor), 1)):
         knots = np.sort(np.concatenate((knots, 0.5 * (knots[1:] + knots[:-1]))))
     return knots
@@ -166,7 +175,10 @@ def change_after_reversal(widths: Floats, values: Floats, distance: Floats) -> F
 
 
 def knots_between(z: Floats, count: int) -> Floats:
-    """Return means of quantiles and even knots, none closer than a fifth of an even step."""
+    """Return means of quantiles and even knots, none closer than a fifth of an even step.
+
+    z: (n,); gives at most `count` knots, in the unit of z, and none where z does not vary.
+    """
     low, high = np.quantile(z, ENDS)
     if not high > low:
         return np.empty(0)

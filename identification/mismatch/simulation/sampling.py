@@ -52,20 +52,20 @@ class Grid:
         return self.parts * self.stretches
 
     def binned(self, rows: FloatArray) -> FloatArray:
-        """Mean of a row-by-row waveform over every bin."""
+        """Mean of a row-by-row waveform, shape (rows,), over every bin, shape (bins,)."""
         return np.asarray(self.in_bins(rows).reshape(-1, self.rows_per_bin).mean(axis=1))
 
     def in_bins(self, rows: FloatArray) -> FloatArray:
-        """Rows of a waveform that lie in the bins, (bins * rows_per_bin,)."""
+        """Rows of a waveform that lie in the bins, shape (bins * rows_per_bin,)."""
         first = round(self.start / self.step)
         return rows[first : first + self.rows_per_bin * self.bins]
 
     def smoothed(self, rows: FloatArray) -> FloatArray:
-        """Moving mean over a bin's width about every row, the ends continued."""
+        """Moving mean over a bin's width about every row, shape (rows,), the ends continued."""
         return np.asarray(ndimage.uniform_filter1d(rows, self.rows_per_bin, mode="nearest"))
 
     def rate(self, rows: FloatArray) -> FloatArray:
-        """Rate of change per second, over a bin's width about every row."""
+        """Rate of change per second, over a bin's width about every row, shape (rows,)."""
         return np.gradient(self.smoothed(rows), self.step)
 
     @property
@@ -98,7 +98,11 @@ def at_points_sharp(time: FloatArray, grid: Grid) -> Matrix:
 
 
 def at_points_smooth(time: FloatArray, grid: Grid) -> tuple[Matrix, Matrix]:
-    """Cubic Hermite interpolation between rows: the matrices for values and for rates."""
+    """Cubic Hermite interpolation between rows: the matrices for values and for rates.
+
+    time: (k,) s since the start; gives (k, rows) each. The value at a time is the sum of both
+    products; rates are per s.
+    """
     row, s = _row_before(time, grid)
     h00, h01 = (1 + 2 * s) * (1 - s) ** 2, s * s * (3 - 2 * s)
     h10, h11 = s * (1 - s) ** 2, s * s * (s - 1)
@@ -107,7 +111,11 @@ def at_points_smooth(time: FloatArray, grid: Grid) -> tuple[Matrix, Matrix]:
 
 
 def interval_means(time: FloatArray, first: npt.NDArray[np.intp], grid: Grid) -> tuple[Matrix, ...]:
-    """Mean speed from time[first] to time[first + 1], from angle and speed."""
+    """Mean speed from time[first] to time[first + 1], from angle and speed.
+
+    time: s since the start, (k,); first: (n,). Gives two matrices, (n, rows) each, for the angle in
+    rad and the speed in rad/s. The mean speed is the sum of both products.
+    """
     span = sparse.diags_array(1.0 / (time[first + 1] - time[first]))
     return tuple(
         sparse.csr_array(span @ (m[first + 1] - m[first])) for m in at_points_smooth(time, grid)
@@ -115,7 +123,10 @@ def interval_means(time: FloatArray, first: npt.NDArray[np.intp], grid: Grid) ->
 
 
 def into_bins(time: FloatArray, grid: Grid) -> Matrix:
-    """Mean of the samples in each bin; an empty bin is interpolated linearly."""
+    """Mean of the samples in each bin; an empty bin is interpolated linearly.
+
+    time: (k,) s since the start; gives shape (bins, k).
+    """
     number = np.floor((time - grid.start) / grid.width).astype(int)
     inside = np.flatnonzero((number >= 0) & (number < grid.bins))
     count = np.bincount(number[inside], minlength=grid.bins)
@@ -135,7 +146,10 @@ def into_bins(time: FloatArray, grid: Grid) -> Matrix:
 
 
 def known_bins(time: FloatArray, grid: Grid) -> npt.NDArray[np.bool_]:
-    """Return which bins have a sample within a bin's width or 1.5 median sample spacings."""
+    """Return which bins have a sample within a bin's width or 1.5 median sample spacings.
+
+    time: (k,) s since the start; gives shape (bins,).
+    """
     if time.size < 2:
         return np.zeros(grid.bins, np.bool_)
     limit = max(grid.width, 1.5 * float(np.median(np.diff(time))))

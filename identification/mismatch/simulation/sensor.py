@@ -48,7 +48,11 @@ class RepeatsFrames(Protocol):
     def with_repeats(
         self, known: Renewals, rhythm: float, time: FloatArray, value: FloatArray
     ) -> FloatArray:
-        """Return the reported values where it is known which frames were not updated."""
+        """Return the reported values where it is known which frames were not updated, (k,).
+
+        time: s, of the frames, (k,); value: without this effect, (k,). rhythm: frames from one
+        update to the next, 0 if not periodic.
+        """
         ...
 
 
@@ -159,10 +163,11 @@ class Sensor:
         late: float = 0.0,
         step: float = 1.0,
     ) -> FloatArray:
-        """Return the derivatives of the output in directions of the simulation, (bins, directions).
+        """Return the derivatives of the output in directions of the simulation.
 
-        slopes: of its columns, (rows, directions). Where an effect acts, or without a known
-        derivative, by one finite-difference step in every direction.
+        Shape (bins, directions). slopes: of its columns, shape (rows, directions). Where an effect
+        acts, or without a known derivative, by one finite-difference step in every direction. late:
+        clock offset in s, as for `observe`.
         """
         if self.derivatives is None or self._acting(effects):
             base = self.observe(out, effects, late)
@@ -290,7 +295,8 @@ def point_sensor(
     """Return a sensor that samples a column, times a factor, at the times of its samples.
 
     noise: standard deviation of the white noise of its values before rounding. stated: specified
-    quantization step; 0: none. A coarser step is a mismatch. between: interpolation between rows.
+    quantization step; 0: none. A coarser step is a mismatch. between: interpolation between rows,
+    as a matrix (k, rows) for k times in s.
     """
     bins = into_bins(samples.time, grid)
     observation = sparse.csr_array(factor * between(samples.time, grid))

@@ -31,8 +31,8 @@ class System(ABC):
     units: of regressors, by name. operating: the regressor over which operating regions are stated.
     direction: the regressor whose sign distinguishes opening from closing. Empty: there is none.
     smooth: whether outputs respond to the smallest changes of numbers and effects; False where
-    sensors round. coordinate_bound: bound of every coordinate, in prior standard deviations, so that no
-    calibration diverges on its way.
+    sensors round. coordinate_bound: bound of every coordinate, in prior standard deviations, so
+    that no calibration diverges on its way.
     """
 
     units: Mapping[str, str]
@@ -65,7 +65,10 @@ class System(ABC):
 
     @abstractmethod
     def at(self, known: Sequence[Coordinate], x: Floats, effects: Sequence[Effect]) -> Self:
-        """Return the system at coordinates x; these effects replace its own of the same key."""
+        """Return the system at coordinates x, (n,).
+
+        These effects replace its own of the same key.
+        """
 
     @abstractmethod
     def as_improved(self, plus_minus: Mapping[str, float]) -> Self:
@@ -129,9 +132,11 @@ class System(ABC):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> Columns:
-        """Simulate one subsystem of one record. q: slow disturbance; added: to columns of inputs.
+        """Simulate one subsystem of one record; each column has shape (rows,).
 
-        Raises PlantError where it cannot run.
+        q: slow disturbance, one value for each column of `record.slow`, shape (K,); added: to
+        columns of the inputs by name, SI, shape (rows,) each. Raises PlantError where it cannot
+        run.
         """
 
     def derivatives(
@@ -146,9 +151,9 @@ class System(ABC):
     ) -> Derivatives | None:
         """Simulate one subsystem with derivatives of the columns of its sensors, or return None.
 
-        With respect to the coordinates `known`, at x, that change this subsystem, and to the slow
-        disturbance if it acts here; q, added: as for `simulate`. None where derivatives are not
-        available. Raises PlantError where it cannot run.
+        With respect to the coordinates `known`, at x, (n,), that change this subsystem, and to the
+        slow disturbance if it acts here; q, added: as for `simulate`. None where derivatives are
+        not available. Raises PlantError where it cannot run.
         """
         return None
 
@@ -160,7 +165,11 @@ class System(ABC):
     def input_disturbance(
         self, place: InjectionPoint, record: Record, waveform: Floats
     ) -> dict[str, Floats]:
-        """Return columns to add to the inputs for a waveform, row by row, at an injection point."""
+        """Return columns to add to the inputs, by name, for a waveform at an injection point.
+
+        waveform: in the unit of the injection point, SI, shape (rows,). The result is SI, shape
+        (rows,).
+        """
 
     @abstractmethod
     def regressors(
@@ -171,9 +180,9 @@ class System(ABC):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
-        """Return the regressors of effects in a subsystem, (rows,) each.
+        """Return the regressors of effects in a subsystem by name.
 
-        q, added: as for `simulate`.
+        SI, shape (rows,) each; (2, rows) for a scale. q, added: as for `simulate`.
         """
 
     @property
@@ -194,7 +203,7 @@ class System(ABC):
     ) -> Effect | None:
         """Return a free curve as an effect of the simulation; None where there is none.
 
-        number: index among several curves, from 0.
+        knots, values: (n,), SI; number: index among several curves, from 0.
         """
         return None
 
@@ -240,5 +249,8 @@ class System(ABC):
         raise ValueError(f"{self.name} has no menu of trials, so {choice} cannot be rehearsed")
 
     def trial(self, choice: Any, name: str, file: str) -> Mapping[str, Any]:
-        """Return an experiment as the tree of a trial file. file: path of the system's file."""
+        """Return an experiment as the tree of a trial file. file: path of the system's file.
+
+        Raises ValueError for a system without trial files.
+        """
         raise ValueError(f"{self.name} has no trial file for {choice}")

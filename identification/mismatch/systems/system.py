@@ -298,7 +298,10 @@ class ModelSystem(System):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> SimulatedColumns:
-        """Simulate a record. q: of the slow columns; added: disturbances by place, (rows,)."""
+        """Simulate a record; each column has shape (rows,).
+
+        q: of the slow columns, shape (K,); added: disturbances by place, SI, shape (rows,) each.
+        """
         return self.simulator.run(self._task(record, q, added))
 
     def _task(self, record: Record, q: Floats, added: Mapping[str, Floats]) -> Task:
@@ -362,7 +365,10 @@ class ModelSystem(System):
     def input_disturbance(
         self, place: InjectionPoint, record: Record, course: Floats
     ) -> dict[str, Floats]:
-        """Return the waveform, (rows,), for each quantity of the place, times its factor."""
+        """Return the waveform for each quantity of the place, times its factor, shape (rows,), SI.
+
+        course: the waveform, in the unit of the place, SI, shape (rows,).
+        """
         return {name: factor * course for name, factor in place.inputs.items()}
 
     def regressors(
@@ -373,7 +379,10 @@ class ModelSystem(System):
         q: Floats,
         added: Mapping[str, Floats],
     ) -> Mapping[str, Floats]:
-        """Return recorded inputs, simulated states and seams, their rates, time, (rows,) each."""
+        """Return recorded inputs, simulated states and seams, their rates, and time.
+
+        SI, shape (rows,) each; (2, rows) for a scale. q, added: as for `simulate`.
+        """
         out = self.simulate(record, partition, subsystem, q, added)
         found = {TIME: record.time}
         for k, name in enumerate(self.equations.inputs):
@@ -397,8 +406,9 @@ class ModelSystem(System):
     ) -> dict[str, Floats]:
         """Return quantities and the regressors of their past, hysteresis, detail and scale.
 
-        Of quantities with the same waveform only the first is used. The past of a state follows from
-        that of the inputs. The scale of a quantity varies over time and over measured quantities.
+        Of quantities with the same waveform only the first is used. The past of a state follows
+        from that of the inputs. The scale of a quantity varies over time and over measured
+        quantities.
         """
         inputs = {_word(n) for n in self.equations.inputs}
         first = first_of_each_waveform(quantities)
@@ -427,7 +437,10 @@ class ModelSystem(System):
 
 
 def first_of_each_waveform(quantities: Mapping[str, Floats]) -> dict[str, str]:
-    """Return for each quantity the first one that has the same waveform, by name."""
+    """Return for each quantity the first one that has the same waveform, by name.
+
+    quantities: waveforms by name, shape (rows,) each.
+    """
     found: dict[str, str] = {}
     for name, waveform in quantities.items():
         same = (n for n in dict.fromkeys(found.values()) if np.array_equal(waveform, quantities[n]))

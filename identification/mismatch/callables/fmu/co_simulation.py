@@ -46,7 +46,11 @@ def co_simulated(
 
 
 def driving(inputs: Floats, held: np.ndarray[tuple[int], np.dtype[np.bool_]], parts: int) -> Floats:
-    """Return the inputs of each communication step, (steps, inputs)."""
+    """Return the inputs of each communication step, shape (steps, inputs), units of the FMU.
+
+    inputs: at all times, (n, inputs), units of the FMU; held: whether an input is held, shape
+    (inputs,); the others are interpolated linearly. parts: communication steps between two times.
+    """
     level = np.repeat(inputs[:-1], parts, axis=0)
     share = np.tile((np.arange(parts) + 0.5) / parts, len(inputs) - 1)[:, None]
     return np.where(held, level, level + share * np.repeat(np.diff(inputs, axis=0), parts, axis=0))

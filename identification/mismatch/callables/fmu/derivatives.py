@@ -52,13 +52,17 @@ class Derivatives:
     def once(self, slopes: Floats, x: Floats, inputs: Floats, share: float) -> Floats:
         """Return all derivatives with disturbances and effects, in a repeated part of a step.
 
+        slopes, x: shape (states of the FMU,); inputs: shape (inputs,); all in units of the FMU.
         share: elapsed fraction of the step. Memories and states of the effects do not change.
         """
         at = Moment(self._count, share, WITHIN, share * self._step)
         return self._act(slopes, x, inputs, self._loop.x, at)[0]
 
     def end_row(self, slopes: Floats, x: Floats, inputs: Floats) -> None:
-        """End a row before the held inputs change: update the memories of the effects."""
+        """End a row before the held inputs change: update the memories of the effects.
+
+        slopes, x: shape (states of the FMU,); inputs: shape (inputs,); all in units of the FMU.
+        """
         self._act(slopes, x, inputs, self._loop.x, Moment.row_end(self._count, self._step))
 
     def _act(

@@ -25,7 +25,7 @@ class Kind:
         return not issubclass(self.stored, ctypes.c_double | ctypes.c_float)
 
     def fitting(self, values: Floats) -> Floats:
-        """Return the nearest representable values of the type."""
+        """Return the nearest representable values of the type, in the shape of `values`."""
         if not self.whole:
             return values
         low, high = self._range

@@ -30,18 +30,18 @@ class ContinuousStates:
         self._derivatives = getattr(self._fmu, name)
 
     def get(self) -> Floats:
-        """Return the states, a new array."""
+        """Return the states, a new array of shape (states,), in units of the FMU."""
         _call(self._x, self._fmu.getContinuousStates)
         return self._x.array.copy()
 
     def put(self, time: float, x: Floats) -> None:
-        """Set time and states."""
+        """Set time, s, and states, shape (states,), in units of the FMU."""
         self._fmu.setTime(time)
         self._x.array[:] = x
         _call(self._x, self._fmu.setContinuousStates)
 
     def rates(self) -> Floats:
-        """Return the rates of the states, a new array."""
+        """Return the rates of the states, a new array of shape (states,), in units of the FMU."""
         _call(self._dx, self._derivatives)
         return self._dx.array.copy()
 
@@ -73,7 +73,11 @@ class ContinuousStates:
         self._fmu.enterEventMode()
 
     def handle_event(self) -> bool:
-        """Iterate discrete states and enter continuous time; return whether the FMU terminated."""
+        """Iterate discrete states and enter continuous time; return whether the FMU terminated.
+
+        Raises CallFailedError where the discrete states do not settle in MOST_ITERATIONS
+        iterations.
+        """
         name = "newDiscreteStates" if self._version == "2.0" else "updateDiscreteStates"
         for _ in range(MOST_ITERATIONS):
             more, terminate, _, _, timed, time = getattr(self._fmu, name)()

@@ -36,7 +36,7 @@ class Span:
         return self.time + share * self.length
 
     def inputs(self, share: float) -> Floats:
-        """Return the inputs after a fraction of the step."""
+        """Return the inputs after a fraction of the step, shape (inputs,), in units of the FMU."""
         return self.first + share * (self.last - self.first)
 
 
@@ -143,7 +143,7 @@ class Cubic:
     slopes: tuple[Floats, Floats]
 
     def at(self, share: float) -> Floats:
-        """Return the states after a fraction of the step."""
+        """Return the states after a fraction of the step, shape (states,), in units of the FMU."""
         part = 1.0 - self.begin
         s, scale = (share - self.begin) / part, part * self.length
         (first, last), (k, m) = self.x, self.slopes

@@ -32,12 +32,15 @@ class Group:
     def put(self, values: Floats) -> None:
         """Write values into the array; elements without a port keep their start values.
 
-        values: of all ports that are set together.
+        values: of all ports that are set together, shape (ports,), in units of the FMU.
         """
         self._array[self._element_indices] = self.kind.fitting(values[self._port_indices])
 
     def take(self, values: Floats) -> None:
-        """Copy the array into values, those of all ports that are read together."""
+        """Copy the array into values, those of all ports that are read together.
+
+        values: shape (ports,), in units of the FMU.
+        """
         values[self._port_indices] = self._array[self._element_indices]
 
 

@@ -36,7 +36,10 @@ def filled(shape: Shape, at: Callable[[At], Any]) -> Array:
 
 
 def limited(node: ast.expr, where: str, shape: Shape, at: Callable[[At], Element]) -> Array:
-    """Return the elements of a part. Raises InputError for too many or too large ones."""
+    """Return the elements of a part, in its shape.
+
+    Raises InputError for too many or too large ones.
+    """
     if np.prod(shape, dtype=int) > MOST_ELEMENTS:
         raise disagreement(node, where, f"at most {MOST_ELEMENTS} elements", shape)
     array = filled(shape, at)

@@ -18,7 +18,11 @@ KINDS = ("a number", "a vector", "a matrix")
 
 
 def matrix_product(node: ast.BinOp, where: str, left: Array, right: Array) -> Array:
-    """Return left @ right, of vectors the scalar product. Raises InputError."""
+    """Return left @ right, of vectors the scalar product.
+
+    left: (n,) or (m, n); right: (n,) or (n, k). Raises InputError where a side is a number, where
+    the lengths do not agree, and as `limited` does.
+    """
     for part, side in ((node.left, left), (node.right, right)):
         if not side.ndim:
             remedy = f"write * for the product with a number; {MADE_BY}"
@@ -36,7 +40,11 @@ def matrix_product(node: ast.BinOp, where: str, left: Array, right: Array) -> Ar
 
 
 def function_of_vectors(node: ast.Call, name: str, where: str, arguments: list[Array]) -> Array:
-    """Return a function of vectors or a matrix (expression.OF_VECTORS). Raises InputError."""
+    """Return a function of vectors or a matrix (expression.OF_VECTORS).
+
+    arguments: a matrix (m, n) of transpose, vectors (n,) of the same length of the others, (3,) of
+    cross. Raises InputError for other shapes, and as `limited` does.
+    """
     _check(node, name, where, arguments)
     first, last = arguments[0], arguments[-1]
     if name == "transpose":

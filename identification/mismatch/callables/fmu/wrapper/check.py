@@ -66,7 +66,10 @@ def levels(sides: Sides, rng: np.random.Generator) -> dict[str, Floats]:
 
 
 def explained(sides: Sides, file: ModelFile, inputs: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return the outputs simulated by `explain`, SI, (steps,)."""
+    """Return the outputs simulated by `explain`, SI, shape (steps,) each.
+
+    inputs: SI, shape (steps,) each. Raises InputError where the FMU does not run with them.
+    """
     opened = sides.opened
     plan = replace(opened.plan, held=(True,) * len(inputs))
     simulator = ExternalSimulator(
