@@ -15,11 +15,9 @@ from scipy import optimize
 from slipbench.identification.experiments.evidence import expected_evidence
 from slipbench.identification.experiments.hypothesis import NOTHING, Hypothesis, hypotheses_of
 from slipbench.identification.mismatch.fit.linearization import Linearization
-from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.candidates import place_on_the_road
-from slipbench.identification.mismatch.naming.named import ALIKE
 from slipbench.identification.mismatch.naming.plausibility import SENSORS
-from slipbench.identification.mismatch.naming.score import SHOWN
+from slipbench.identification.mismatch.thresholds import EXCITED, INDISTINGUISHABLE, REQUIRED_GAIN
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.effects.library import LIBRARY
 from slipbench.plant.errors import PlantError
@@ -71,7 +69,7 @@ def _not_excited(
     """The question whether an effect is there that the planned trials would not show."""
     nothing = Hypothesis()
     for effect in drawn:
-        if _nats(planned, (_exact(effect), nothing)) < SHOWN:
+        if _nats(planned, (_exact(effect), nothing)) < EXCITED:
             there, share = bool(rng.integers(2)), float(rng.uniform(*SIZES))
             assert effect.candidate is not None
             hidden = (effect.candidate.amplified(share).effect(),) if there else ()
@@ -83,11 +81,13 @@ def _alike(
     rng: np.random.Generator, planned: Sequence[Linearization], drawn: Iterable[Hypothesis]
 ) -> Case | None:
     """An effect that the planned trials show, and others as plain that they do not tell from it."""
-    nats = ENOUGH * float(rng.uniform(*VISIBLE))
+    nats = REQUIRED_GAIN * float(rng.uniform(*VISIBLE))
     known = [h for one in drawn if (h := _worth(planned, one, nats)) is not None]
     for true in known:
         apart = {h: _nats(planned, (_exact(true), _exact(h))) for h in known if h is not true}
-        near = sorted((h for h in apart if apart[h] < ALIKE), key=apart.__getitem__)[:RIVALS]
+        near = sorted((h for h in apart if apart[h] < INDISTINGUISHABLE), key=apart.__getitem__)[
+            :RIVALS
+        ]
         if near:
             assert true.candidate is not None
             return Case((true, *near), true.name, (true.candidate.effect(),))

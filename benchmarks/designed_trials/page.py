@@ -9,9 +9,7 @@ from benchmarks.designed_trials.case import VISIBLE
 from benchmarks.designed_trials.day import MOST, Day, Result
 from benchmarks.designed_trials.policies import STRAIGHT
 from slipbench.identification.experiments.sequential_test import LEVEL
-from slipbench.identification.mismatch.naming.acceptance import ENOUGH
-from slipbench.identification.mismatch.naming.named import ALIKE
-from slipbench.identification.mismatch.naming.score import SHOWN
+from slipbench.identification.mismatch.thresholds import EXCITED, INDISTINGUISHABLE, REQUIRED_GAIN
 
 POLICIES = ("designed", "menu", "fixed plan")
 RESAMPLED = 10_000
@@ -38,8 +36,14 @@ A policy that has not settled a case counts with the {most} trials that it rode,
 def page(found: Sequence[Result], seed: int) -> str:
     """Return the page."""
     whole = [r for r in found if not r.why]
-    least, largest = (ENOUGH * share for share in VISIBLE)
-    numbers = {"cases": len(found), "seed": seed, "alike": ALIKE, "shown": SHOWN, "most": MOST}
+    least, largest = (REQUIRED_GAIN * share for share in VISIBLE)
+    numbers = {
+        "cases": len(found),
+        "seed": seed,
+        "alike": INDISTINGUISHABLE,
+        "shown": EXCITED,
+        "most": MOST,
+    }
     lines = [
         INTRODUCTION.format(**numbers, least=least, largest=largest, straight=STRAIGHT),
         "| | " + " | ".join(POLICIES) + " |",

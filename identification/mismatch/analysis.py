@@ -12,11 +12,11 @@ from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.operating_region import OperatingRegion
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import Error, Veto
-from slipbench.identification.mismatch.naming.named import ALIKE, Named
-from slipbench.identification.mismatch.naming.score import SHOWN
+from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.simulation.model import Model, models
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.thresholds import EXCITED, INDISTINGUISHABLE
 
 
 @dataclass(eq=False)
@@ -94,7 +94,7 @@ def localizing_curve(a: Analysis) -> Curve | None:
     located = a.before[0] if a.before and a.before[0].significant else None
     if located is None or a.free is None or a.free.curve.place == located.place:
         return located
-    if a.free.log_likelihood_gain < located.log_likelihood_gain + ALIKE:
+    if a.free.log_likelihood_gain < located.log_likelihood_gain + INDISTINGUISHABLE:
         return located
     return replace(
         a.free.curve,
@@ -113,7 +113,7 @@ def equivalents(named: Named) -> list[tuple[str, ...]]:
     return [
         (name, *others)
         for name, nats_behind in named.competing.items()
-        if (others := [other for other, nats in nats_behind.items() if nats < ALIKE])
+        if (others := [other for other, nats in nats_behind.items() if nats < INDISTINGUISHABLE])
     ]
 
 
@@ -123,5 +123,5 @@ def not_excited(named: Named) -> list[str]:
     return [
         s.candidate.name
         for s in named.scores
-        if s.typical < SHOWN and s.candidate.name not in known
+        if s.typical < EXCITED and s.candidate.name not in known
     ]

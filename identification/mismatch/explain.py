@@ -29,8 +29,6 @@ from slipbench.identification.mismatch.fit.calibrate import (
 from slipbench.identification.mismatch.fit.crank_phase import at_estimated_angles, lines
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import (
-    CONFIRMED,
-    RISES,
     Veto,
     error_ratio,
     errors,
@@ -41,16 +39,18 @@ from slipbench.identification.mismatch.fit.held_out import (
 )
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import change
-from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.next_trial import next_trial
 from slipbench.identification.mismatch.naming.search import MOST, Say, Search
 from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.identification.mismatch.thresholds import (
+    CONFIRMED,
+    PAIR_SHARE,
+    REQUIRED_GAIN,
+    RISEN_ERROR,
+)
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 from slipbench.protocol.errors import InputError, is_interrupt
-
-PART_OF_CURVE = 0.5
-"""Share of the log-likelihood gain of a free curve that a pair of effects must reach."""
 
 
 def run_analysis(so_far: Analysis, say: Say = lambda _: None) -> bool:
@@ -177,7 +177,7 @@ def _asked_of_pairs(a: Analysis) -> float:
     found = max(
         (c.log_likelihood_gain for c in curves[:1] if unexplained(a) and c.significant), default=0.0
     )
-    return max(ENOUGH, PART_OF_CURVE * found)
+    return max(REQUIRED_GAIN, PAIR_SHARE * found)
 
 
 def _look_after(a: Analysis, say: Say) -> None:
@@ -211,7 +211,7 @@ def _fit_curve(a: Analysis, say: Say) -> None:
         curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
         if gain >= CONFIRMED:
             a.names_kept = _predict_better(a, gain)
-            if not a.names_kept and (ratio := _error_ratio(a, found)) > RISES:
+            if not a.names_kept and (ratio := _error_ratio(a, found)) > RISEN_ERROR:
                 reason = f"with it a held-out error is {ratio:.3g} times as large"
                 a.vetoes.append(Veto(curve, gain, CONFIRMED, reason))
                 return  # held-out recordings confirm the place, but not this curve

@@ -13,9 +13,7 @@ from slipbench.identification.experiments.hypothesis import NOTHING, Hypothesis
 from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.motorcycle.menu import RPM, Choice
-from slipbench.identification.mismatch.naming.acceptance import ENOUGH
-from slipbench.identification.mismatch.naming.named import ALIKE
-from slipbench.identification.mismatch.naming.score import SHOWN
+from slipbench.identification.mismatch.thresholds import EXCITED, INDISTINGUISHABLE, REQUIRED_GAIN
 from tests.identification.mismatch.test_small import started
 
 
@@ -83,7 +81,7 @@ def test_an_effect_that_was_not_excited_would_not_have_shown(seed):
     assert nothing.name == NOTHING
     assert bool(case.effects) == (case.truth != NOTHING)
     at_typical = Hypothesis(effect.candidate)
-    assert nats(at_typical, nothing) < SHOWN
+    assert nats(at_typical, nothing) < EXCITED
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -92,7 +90,7 @@ def test_effects_that_are_alike_show_as_much_and_are_not_told_apart(seed):
     true, *others = (Hypothesis(h.candidate) for h in case.question)
     assert case.truth == true.name
     assert others
-    low, high = 0.8 * ENOUGH * VISIBLE[0], 1.2 * ENOUGH * VISIBLE[1]
+    low, high = 0.8 * REQUIRED_GAIN * VISIBLE[0], 1.2 * REQUIRED_GAIN * VISIBLE[1]
     for one in (true, *others):
         assert low < nats(one, Hypothesis()) < high
-    assert all(nats(true, other) < ALIKE for other in others)
+    assert all(nats(true, other) < INDISTINGUISHABLE for other in others)

@@ -11,7 +11,7 @@ more than LEFT of what they explain, in at least one of the two measures.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.trace import effect_of
@@ -19,9 +19,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.stack import Nuisances, whiten_and_stack
 from slipbench.identification.mismatch.fit.whitening import whitener
-
-MOST_RESIDUAL_SHARE = 0.05
-"""Residual share, relative to what named effects explain, up to which they are adequate."""
+from slipbench.identification.mismatch.thresholds import RESIDUAL_SHARE
 
 
 @dataclass(frozen=True)
@@ -38,7 +36,7 @@ class Remainder:
     @property
     def small(self) -> bool:
         """Whether the named effects are adequate."""
-        return min(self.share, self.nats) <= MOST_RESIDUAL_SHARE
+        return min(self.share, self.nats) <= RESIDUAL_SHARE
 
     @property
     def lesser(self) -> bool:
@@ -47,14 +45,19 @@ class Remainder:
 
 
 def remainder(base: Fit, named: Fit, curves: Iterable[Curve]) -> Remainder | None:
-    """Return the largest improvement by a significant curve; None where there is none.
+    """Return the largest improvement by significant curves; None where there is none.
+
+    The curve with the largest share, and the largest log-likelihood gain of all of them.
 
     base: fit without named effects; named: fit with them; curves: located in the residuals of
     `named`.
     """
     linear = Linearization.of(named)
     remainders = [_remainder_of(base, linear, c) for c in curves if c.significant]
-    return max(remainders, key=lambda r: r.share, default=None)
+    if not remainders:
+        return None
+    largest = max(remainders, key=lambda r: r.share)
+    return replace(largest, nats=max(r.nats for r in remainders))
 
 
 def _remainder_of(base: Fit, linear: Linearization, curve: Curve) -> Remainder:

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from slipbench.identification.mismatch.fit.variance_inflation import FAMILY
 from slipbench.identification.mismatch.simulation.regressor import curve_waveform, kind_of
+from slipbench.identification.mismatch.thresholds import FALSE_ALARM_RATE
 from slipbench.plant.signals import Floats
 
 
@@ -35,7 +35,7 @@ class Curve:
     @property
     def significant(self) -> bool:
         """Whether it is significant and not contradicted by the held-out recordings."""
-        return self.p < FAMILY
+        return self.p < FALSE_ALARM_RATE
 
     def __call__(self, z: Floats, step: float = 1.0) -> Floats:
         """Evaluate f on a waveform, constant beyond the end knots. step: period of a row, s."""

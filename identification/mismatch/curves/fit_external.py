@@ -19,6 +19,7 @@ from slipbench.identification.mismatch.simulation.injection_point import Injecti
 from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
 from slipbench.identification.mismatch.simulation.model import Model, predict
 from slipbench.identification.mismatch.simulation.regressor import TURN, finer
+from slipbench.identification.mismatch.thresholds import FURTHER_SHARE
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
@@ -27,8 +28,6 @@ PASSES = 3
 """Fixed-point iterations between an injected curve and its simulated regressor."""
 SHARES = (1.0, 0.6, 0.3)
 """Candidate step fractions: a curve that changes its own regressor needs a damped step."""
-FURTHER = 0.1
-"""Minimum gain of a further curve or iteration, relative to the first one."""
 
 
 def spline_in(base: Fit, curve: Curve) -> Fit | None:
@@ -55,7 +54,7 @@ def spline_in(base: Fit, curve: Curve) -> Fit | None:
         if not gained > 0.0:
             break
         best = fit
-        if gained < FURTHER * before:
+        if gained < FURTHER_SHARE * before:
             break
         spline = injected_spline(best).refreshed(best)
     return best if best is not base else None

@@ -11,11 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from slipbench.identification.mismatch.curves.curve import Curve
-from slipbench.identification.mismatch.curves.fit_external import (
-    FURTHER,
-    fix_external_spline,
-    spline_in,
-)
+from slipbench.identification.mismatch.curves.fit_external import fix_external_spline, spline_in
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.input_spline import InputSpline
 from slipbench.identification.mismatch.curves.locate import locate
@@ -31,12 +27,13 @@ from slipbench.identification.mismatch.curves.scan import enough
 from slipbench.identification.mismatch.curves.trace import sensors_as_places
 from slipbench.identification.mismatch.fit.calibrate import at_prior_mean, far_from_prior
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import CONFIRMED, refit_on
+from slipbench.identification.mismatch.fit.held_out import refit_on
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacobian, relinearized
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.regressor import ROUNDS, TURN, even_angles
+from slipbench.identification.mismatch.thresholds import CONFIRMED, FURTHER_SHARE
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
@@ -63,7 +60,7 @@ def fit_curves_in_model(
         assert model is not None
         located = locate(Linearization.of(found.fit), Linearization.of(refit_on(found.fit, model)))
         other = _fit_one(found.fit, [c for c in located if c.significant], model)
-        if other is None or other.confirmed < max(CONFIRMED, FURTHER * found.confirmed):
+        if other is None or other.confirmed < max(CONFIRMED, FURTHER_SHARE * found.confirmed):
             break
         found = found.with_another(other)
     return found

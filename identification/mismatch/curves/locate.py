@@ -24,16 +24,13 @@ from slipbench.identification.mismatch.curves.scan import (
 from slipbench.identification.mismatch.curves.tooth_curve import discs, tooth_columns
 from slipbench.identification.mismatch.curves.trace import simulated_responses
 from slipbench.identification.mismatch.curves.whitened import Waveforms, Whitened
-from slipbench.identification.mismatch.fit.held_out import CONFIRMED
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
-from slipbench.identification.mismatch.fit.variance_inflation import SHARE, amplitude_p
+from slipbench.identification.mismatch.fit.variance_inflation import amplitude_p
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.regressor import DETAIL, TURN, kind_of
+from slipbench.identification.mismatch.thresholds import CONFIRMED, LIBRARY_SHARE, PLAIN_SHARE
 from slipbench.plant.signals import Floats
-
-PLAIN_SHARE = 0.8
-"""Share of the gain of a detailed curve from which a curve of few knots is preferred."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +65,7 @@ def locate(training: Linearization, held_out: Linearization | None) -> list[Curv
     ]
     # Curves over quantities with the same waveform are one test: they have the same gain.
     tests = len({(c.place, c.kind, round(c.log_likelihood_gain, 9)) for c in found})
-    corrected = [replace(c, p=min(1.0, c.p * tests / (1.0 - SHARE))) for c in found]
+    corrected = [replace(c, p=min(1.0, c.p * tests / (1.0 - LIBRARY_SHARE))) for c in found]
     return _simplest(sorted(corrected, key=lambda c: (not c.significant, _sort_key(c))))
 
 

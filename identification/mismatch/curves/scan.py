@@ -17,13 +17,21 @@ from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.stack import LARGEST, Integers, whiten_and_stack
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.model import Series
-from slipbench.identification.mismatch.simulation.regressor import ANGLE, TURN, kind_of, knots_for
+from slipbench.identification.mismatch.simulation.regressor import (
+    ANGLE,
+    TURN,
+    half_range,
+    kind_of,
+    knots_for,
+)
+from slipbench.identification.mismatch.thresholds import CURVE_GAIN
 from slipbench.plant.signals import Floats
 
-MINIMUM = 15.0  # nats on the training recordings, above half the number of knots
 FOLDS = 4
 RIDGE = 0.01
 """Ridge regularization of curve values, relative to the typical disturbance."""
+ROUNDING = 1e-12
+"""Relative rounding error of a normal matrix from which nuisances were projected out."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +93,8 @@ def _at_place(
     for the values, products with the nuisances suffice (see `Nuisances.products`).
     """
     tents = whitened.along(place.subsystem, knots)
-    columns = place.size * whitened.columns(place, tents)
+    units = np.concatenate([_units(n, k, whitened, place) for n, k in knots.items()])
+    columns = place.size * whitened.columns(place, tents) * units
     gradients = columns.T @ linear.residuals[: len(columns)]
     correlations, coordinates = linear.nuisances.products(columns)
     found, first = [], 0
@@ -93,19 +102,38 @@ def _at_place(
         part = slice(first, first + k.size)
         first += k.size
         own = columns[:, part]
-        normal = (
-            own.T @ own - correlations[:, part].T @ coordinates[:, part] + RIDGE * np.eye(k.size)
-        )
-        values = np.asarray(np.linalg.solve(normal, gradients[part]))
-        gain = 0.5 * float(gradients[part] @ values)
+        normal = own.T @ own - correlations[:, part].T @ coordinates[:, part]
+        scaled = _solved(normal, gradients[part], own)
+        gain, values = 0.5 * float(gradients[part] @ scaled), units[part] * scaled
         tent_waveforms = np.concatenate([h[:, part] for h in tents.pushes])
-        half_range = _half_range_of(place.size * tent_waveforms @ values)
+        amplitude = _half_range_of(place.size * tent_waveforms @ values)
         cross_predicted = None
         if gain > enough(k.size):
             projected = linear.nuisances.subtract(own, coordinates[:, part])
             cross_predicted = _cross_predicted(projected, linear.residuals, linear.clusters)
-        found.append(CurveCandidate(place, regressor, k, values, gain, half_range, cross_predicted))
+        found.append(CurveCandidate(place, regressor, k, values, gain, amplitude, cross_predicted))
     return found
+
+
+def _solved(normal: Floats, gradient: Floats, columns: Floats) -> Floats:
+    """Return the regularized solution of the normal equations, (p,).
+
+    columns: (rows, p), before nuisances are projected out. What is left of them may be rounding: a
+    constant is a curve as well as an offset of the system.
+    """
+    rounding = ROUNDING * float(np.max(np.sum(columns**2, axis=0), initial=0.0))
+    return np.asarray(np.linalg.solve(normal + (RIDGE + rounding) * np.eye(len(normal)), gradient))
+
+
+def _units(regressor: str, knots: Floats, whitened: Whitened, place: InjectionPoint) -> Floats:
+    """Return the values of a curve (knots,) for which its waveforms are of order 1.
+
+    A gain of 1 on a pressure of 1e6 Pa would be that many typical disturbances, and the ridge
+    nothing beside it.
+    """
+    z = np.concatenate([z[regressor] for _, z in whitened.seen_by(place.subsystem)], axis=-1)
+    reached = half_range(regressor, z, knots)
+    return np.where(reached > 0.0, 1.0 / np.where(reached > 0.0, reached, 1.0), 1.0)
 
 
 def around_turns(linear: Linearization, whitened: Whitened) -> Iterator[list[CurveCandidate]]:
@@ -138,9 +166,8 @@ def _periodic_candidate(
     """Fit the values of a periodic curve from the responses to a typical disturbance per knot."""
     columns = whiten_and_stack(linear.fit.model, linear.fit.noise, series)
     projected = linear.nuisances.project_out(columns)
-    normal = projected.T @ projected + RIDGE * np.eye(angles.size)
     gradient = projected.T @ linear.residuals
-    values = np.asarray(np.linalg.solve(normal, gradient))
+    values = _solved(projected.T @ projected, gradient, columns)
     gain = 0.5 * float(gradient @ values)
     half_range = _half_range_of(
         place.size * values * _amplitude_ratio(columns @ values, projected @ values)
@@ -179,7 +206,7 @@ def _cross_predicted_if_enough(
 
 def enough(knots: int) -> float:
     """Return the minimum gain, nats, of a curve with a number of knots, or of additional knots."""
-    return MINIMUM + 0.5 * knots
+    return CURVE_GAIN + 0.5 * knots
 
 
 def _cross_predicted(projected: Floats, residuals: Floats, clusters: Integers) -> Floats:
@@ -191,6 +218,6 @@ def _cross_predicted(projected: Floats, residuals: Floats, clusters: Integers) -
     gradients = [o.T @ residuals[part] for o, part in zip(own, parts, strict=True)]
     for fold, part in enumerate(parts):
         others = [i for i in range(FOLDS) if i != fold]
-        normal = sum((normals[i] for i in others), RIDGE * np.eye(projected.shape[1]))
-        predicted[part] = own[fold] @ np.linalg.solve(normal, sum(gradients[i] for i in others))
+        normal, gradient = (np.sum([x[i] for i in others], axis=0) for x in (normals, gradients))
+        predicted[part] = own[fold] @ _solved(normal, gradient, projected)
     return predicted

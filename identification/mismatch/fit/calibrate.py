@@ -17,22 +17,16 @@ from slipbench.identification.mismatch.fit.stack import residuals, whiten_and_st
 from slipbench.identification.mismatch.fit.whitening import Whitener, even, scale_of
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.model import Model, Point, Series, predict
+from slipbench.identification.mismatch.thresholds import (
+    BEYOND_PRIOR,
+    FAR_FROM_PRIOR,
+    HIDDEN_BY_NOISE,
+)
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
-BEYOND_PRIOR = 2.0
-"""Prior deviations beyond which a missing effect may have moved a parameter.
-
-Of ten parameters whose errors follow their priors, at least one lies beyond in 37 of 100 cases; a
-false alarm costs one more start of a fit.
-"""
-FAR_FROM_PRIOR = 3.0
-"""Prior deviations beyond which calibration itself may have diverged; by chance in 3 of 100."""
 AT_THE_END = 0.99
 """Share of the largest allowed deviation of a parameter beyond which it counts as at its bound."""
-TAKEN = 0.9
-"""Share of the mean square error, if predicted by the noise model, above which a wrong simulation
-may be hidden."""
 
 
 def calibrate(model: Model, start: Point) -> Fit:
@@ -75,7 +69,7 @@ def _better_of(alternative: Callable[[], Fit], fit: Fit) -> Fit:
 
 def hidden_by_noise(fit: Fit) -> bool:
     """Return whether the noise model predicts nearly all of the error."""
-    return taken_for_noise(fit) >= TAKEN
+    return taken_for_noise(fit) >= HIDDEN_BY_NOISE
 
 
 def start_fit(model: Model, start: Point) -> Fit:

@@ -25,6 +25,7 @@ from slipbench.identification.mismatch.fit.sizing import (
 from slipbench.identification.mismatch.fit.variance_inflation import VarianceInflation
 from slipbench.identification.mismatch.simulation.coordinates import STATED_SHARE
 from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.thresholds import NEGLIGIBLE_DISC_SHARE, NEGLIGIBLE_SHARE
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
@@ -32,10 +33,6 @@ DIFFERENCE_STEP = 0.05  # share of the size; of a shape, in prior deviations
 WEAK = 1e3  # prior deviation of a size, in typical sizes: practically flat
 FAR = 4.0  # bound of a shape, in prior deviations
 ABSENT = (0.0, 0.0)
-SHARE_OF_SMALL = 0.1
-"""Effects below this share of the smallest size of interest are negligible."""
-OF_DISCS = 0.5
-"""The same share for toothed discs, which all have a manufacturing tolerance."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +83,7 @@ class Candidate(Hypothesis):
     @property
     def negligible_size(self) -> float:
         """Size below which the effect is negligible, in typical sizes."""
-        share = OF_DISCS if hasattr(self.kind, "tooth_offsets") else SHARE_OF_SMALL
+        share = NEGLIGIBLE_DISC_SHARE if hasattr(self.kind, "tooth_offsets") else NEGLIGIBLE_SHARE
         return share * self.smallest
 
     @property

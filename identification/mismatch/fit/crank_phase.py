@@ -21,11 +21,10 @@ from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacob
 from slipbench.identification.mismatch.fit.stack import recordings
 from slipbench.identification.mismatch.simulation.model import Point, predict
 from slipbench.identification.mismatch.simulation.turn import Turn
+from slipbench.identification.mismatch.thresholds import LINE_GAIN
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
-PLAIN = 12.0
-"""Log-likelihood gain of a line, over all recordings, below which no angle is estimated, nats."""
 SCANNED = 33
 """Number of start angles evaluated around a turn; resolves lines up to the tenth order."""
 ROUNDING = 1e-9
@@ -54,7 +53,7 @@ class Lines:
     @property
     def plain(self) -> bool:
         """Whether one of the orders is strong enough to estimate an angle."""
-        return bool(self.orders.size and self.nats.max() > PLAIN)
+        return bool(self.orders.size and self.nats.max() > LINE_GAIN)
 
     def begun(self, angles: Floats) -> "Lines":
         """Return the lines of recordings that start later by `angles`, (records,), rad."""

@@ -16,21 +16,12 @@ from slipbench.identification.mismatch.fit.sensitivity import change, sensitivit
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.simulation.model import Model, Point, predict
 from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.thresholds import CONFIRMED, LARGE_ERROR
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 DRAWS = 2000
-RISES = 1.02
-"""Error ratio above which a held-out error has increased."""
-CONFIRMED = 5.0
-"""Gain required of an effect with a strong predicted response in held-out recordings, nats."""
-LARGE = 5.0
-"""Multiple of its floor beyond which an error is large.
-
-Innovations exclude what follows from preceding errors: for motorcycles without a missing effect,
-errors are up to 2.7 times such a floor.
-"""
 
 
 @dataclass(frozen=True)
@@ -54,7 +45,7 @@ class Error:
     @property
     def large(self) -> bool:
         """Whether the error with all accepted effects is far above its floor."""
-        return self.improved > LARGE * self.floor
+        return self.improved > LARGE_ERROR * self.floor
 
 
 @lru_cache(maxsize=4)

@@ -15,10 +15,6 @@ from scipy import optimize, special, stats
 from slipbench.identification.mismatch.fit.stack import Integers
 from slipbench.plant.signals import Floats
 
-FAMILY = 0.05
-"""Family-wise level of false alarms, over all hypotheses tested."""
-SHARE = 0.5
-"""Share of this level for the library; the free curves have the other."""
 FEWEST = 3
 """Smallest number of columns from which the prior variance inflation is estimated."""
 LEAST, MOST = 4.0, 30.0

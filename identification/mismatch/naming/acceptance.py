@@ -15,15 +15,15 @@ from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
 from slipbench.identification.mismatch.fit.held_out import Veto, contradicted
 from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
-from slipbench.identification.mismatch.fit.variance_inflation import FAMILY, SHARE
 from slipbench.identification.mismatch.naming.interval import significance
 from slipbench.identification.mismatch.naming.significance import SignificanceRule
 from slipbench.identification.mismatch.simulation.model import Model
-
-ENOUGH = 12.0  # nats; log-likelihood gain required of an effect
-INEXACT = 0.05
-"""Share of an effect's gain that its inexact formula may leave to others at the same injection
-point."""
+from slipbench.identification.mismatch.thresholds import (
+    FALSE_ALARM_RATE,
+    FORMULA_SHARE,
+    LIBRARY_SHARE,
+    REQUIRED_GAIN,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,9 @@ class Acceptance:
 
     def _significance_rule(self, screening: int) -> SignificanceRule:
         share = 1.0 / (screening * (screening + 1))
-        return SignificanceRule(FAMILY * SHARE * share / self.tests, self.held_out)
+        return SignificanceRule(
+            FALSE_ALARM_RATE * LIBRARY_SHARE * share / self.tests, self.held_out
+        )
 
     def accepts(self, before: Fit, after: Fit) -> bool:
         """Return whether all new effects of a fit gain enough and are significant."""
@@ -76,15 +78,15 @@ class Acceptance:
         """Return whether effect i is kept. lost: loss without each of the effects, nats."""
         effects = zip(lost, fit.candidates, strict=True)
         similar = [nats for nats, c in effects if same_injection_point(fit, c, fit.candidates[i])]
-        required = max(ENOUGH, INEXACT * max(similar, default=0.0))
+        required = max(REQUIRED_GAIN, FORMULA_SHARE * max(similar, default=0.0))
         return lost[i] >= required and self.certain(fit, i)
 
     def p(self, before: Fit, after: Fit) -> float:
         """Family-wise p of rejected effects; 1 if their gain is too small."""
-        if after.score - before.score < ENOUGH:
+        if after.score - before.score < REQUIRED_GAIN:
             return 1.0
         value = significance(after, len(before.candidates))
-        return max(_family_wise(value, self.certainty), FAMILY)
+        return max(_family_wise(value, self.certainty), FALSE_ALARM_RATE)
 
     def ps(self, fit: Fit) -> list[float]:
         """Family-wise p of each effect of a fit."""
@@ -97,12 +99,12 @@ class Acceptance:
 
 
 def _family_wise(p: float, level: SignificanceRule) -> float:
-    return min(1.0, p / level.limit * FAMILY)
+    return min(1.0, p / level.limit * FALSE_ALARM_RATE)
 
 
 def _required_gain(new: Hypothesis) -> float:
     """Gain required of an effect, nats; larger if placebo locations gain as much."""
-    return ENOUGH * (new.placebo.inflation if new.placebo else 1.0)
+    return REQUIRED_GAIN * (new.placebo.inflation if new.placebo else 1.0)
 
 
 def _formula_residual(fit: Fit, new: Hypothesis) -> float:
@@ -111,7 +113,7 @@ def _formula_residual(fit: Fit, new: Hypothesis) -> float:
     if not similar:
         return 0.0
     others = tuple(c for c in fit.candidates if c not in similar)
-    return INEXACT * (fit.score - renoised(with_effects(fit, others)).score)
+    return FORMULA_SHARE * (fit.score - renoised(with_effects(fit, others)).score)
 
 
 def same_injection_point(fit: Fit, one: Hypothesis, other: Hypothesis) -> bool:

@@ -15,21 +15,13 @@ from slipbench.identification.mismatch.fit.sizing import SHAPE, is_log_scaled, l
 from slipbench.identification.mismatch.fit.stack import Integers, recordings, whiten_and_stack
 from slipbench.identification.mismatch.fit.variance_inflation import amplitude_p, cluster_variances
 from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.identification.mismatch.thresholds import FORMULA_WIDTH, UNIDENTIFIABLE
 from slipbench.plant.parameters import Parameter
 from slipbench.plant.signals import Floats
 
 CONFIDENCE = 0.95
 FEW = 3
 """Smallest number of recordings from which the variation between trials is estimated as well."""
-IDEAL = 0.02
-"""Relative 95 % half width of the difference between formulas of the same physics.
-
-Recordings can determine a parameter more precisely than that, formulas cannot: of 42 parameters
-identified in two blind validations (their generator has its own formulas), 12 were off by more than
-recordings allow, 10 of them by less than 3 %.
-"""
-UNTOLD = 0.7
-"""Posterior over prior deviation of a shape above which it is not identifiable."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +71,7 @@ def _variances(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, list[tuple[
     responses = fit.nuisances.project_out(fit.effect_columns)
     prior = np.concatenate([c.deviations for c in fit.candidates]) ** -2.0
     normal = responses.T @ responses + np.diag(prior)
-    fixed = (prior == 1.0) & (np.diag(np.linalg.inv(normal)) > UNTOLD**2)
+    fixed = (prior == 1.0) & (np.diag(np.linalg.inv(normal)) > UNIDENTIFIABLE**2)
     fixed |= np.isin(np.arange(prior.size), given)
     normal[np.ix_(fixed, ~fixed)] = normal[np.ix_(~fixed, fixed)] = 0.0
     normal[np.ix_(fixed, fixed)] = np.eye(int(fixed.sum()))
@@ -199,8 +191,8 @@ def estimates(fit: Fit, number: int) -> list[Estimate]:
 def _formula_error(candidate: Candidate, parameter: int, p: Parameter) -> float:
     """Half width of a parameter by inexact formulas; 0 for a location or an angle."""
     if parameter == 0:
-        return 0.0 if candidate.fixed_from_data else IDEAL * abs(candidate.size)
-    return IDEAL / SHAPE if is_log_scaled(p, getattr(candidate.pattern, p.name)) else 0.0
+        return 0.0 if candidate.fixed_from_data else FORMULA_WIDTH * abs(candidate.size)
+    return FORMULA_WIDTH / SHAPE if is_log_scaled(p, getattr(candidate.pattern, p.name)) else 0.0
 
 
 def _estimate(candidate: Candidate, parameter: int, p: Parameter, half_width: float) -> Estimate:

@@ -20,7 +20,6 @@ from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
-from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.candidates import place_on_the_road
 from slipbench.identification.mismatch.naming.fits import near_ones_refined
 from slipbench.identification.mismatch.naming.named import Named
@@ -29,6 +28,7 @@ from slipbench.identification.mismatch.naming.score import Score, as_known, of_o
 from slipbench.identification.mismatch.naming.score_tests import different, directions
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
+from slipbench.identification.mismatch.thresholds import REQUIRED_GAIN
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
@@ -75,7 +75,7 @@ def first_effects(
     for score in first:
         say(f"Look-ahead from {score.candidate.name.replace('_', ' ')}")
     fits = in_threads(start.fit_alone, first)
-    enough = base.score + max(ENOUGH, SHARE * required)
+    enough = base.score + max(REQUIRED_GAIN, SHARE * required)
     return [f for f in fits if f is not None and f.score > enough]
 
 
@@ -97,17 +97,20 @@ def _start(fit: Fit, named: Named, library: Sequence[type[Effect]]) -> _Start:
         return _Start(
             starts[0],
             screen(Linearization.of(starts[0]), library, named.first).scores,
-            ENOUGH,
+            REQUIRED_GAIN,
             lambda s: _best(
                 *(partial(_fitted, least_squares_start, start, s.candidate) for start in starts)
             ),
         )
     replaced = replacement(fit, tuple(library), named.first) if far_from_prior(fit) else None
     if replaced is not None:
-        required = max(ENOUGH, replaced.least)
+        required = max(REQUIRED_GAIN, replaced.least)
         return _Start(replaced.fixed, replaced.scores, required, replaced.fitted)
     return _Start(
-        fit, named.scores, ENOUGH, lambda s: _best(partial(_fitted, optimize, fit, s.candidate))
+        fit,
+        named.scores,
+        REQUIRED_GAIN,
+        lambda s: _best(partial(_fitted, optimize, fit, s.candidate)),
     )
 
 

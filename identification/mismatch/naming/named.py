@@ -6,8 +6,6 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import Veto
 from slipbench.identification.mismatch.naming.score import Score, Screening
 
-ALIKE = 10.0  # nats; effects within this difference of gain are indistinguishable
-
 
 @dataclass(frozen=True, eq=False)
 class Named:

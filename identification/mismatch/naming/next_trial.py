@@ -11,8 +11,8 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import none, sensitivities
 from slipbench.identification.mismatch.naming.candidates import candidates
-from slipbench.identification.mismatch.naming.score import SHOWN
 from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.identification.mismatch.thresholds import EXCITED
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
@@ -37,12 +37,12 @@ def next_trial(
         for choice in fit.model.system.experiments()
         for w in _gains_if_known(fit, choice, questions)
     ]
-    selected = sorted((w for w in approximate if w[0] > SHOWN), key=lambda w: -w[0])[:CLOSELY]
+    selected = sorted((w for w in approximate if w[0] > EXCITED), key=lambda w: -w[0])[:CLOSELY]
     evaluated = [
         (_gain_of_trial(fit, choice, kinds), choice, kinds) for _, choice, kinds in selected
     ]
     gain, best, kinds = max(evaluated, key=lambda w: w[0], default=(0.0, None, ()))
-    if gain < SHOWN:
+    if gain < EXCITED:
         return None
     names = " from ".join(k.name for k in kinds)
     verb = "distinguish" if len(kinds) > 1 else "show"

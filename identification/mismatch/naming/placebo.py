@@ -12,14 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipbench.identification.mismatch.fit.variance_inflation import VarianceInflation
+from slipbench.identification.mismatch.thresholds import TESTABLE
 from slipbench.plant.signals import Floats
 
 APART = 2.0
 """Distance beyond which a location serves as placebo, in steps of the search."""
 PLACES = 8
 """Smallest number of placebo locations."""
-CHANCE = 1.0
-"""Expected gain of an effect below which a test has no power and is not used, nats."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +67,7 @@ def placebo_inflation(locations: Sequence[PlaceboLocation], at: float) -> Varian
 def between_places(locations: Sequence[PlaceboLocation], at: float) -> VarianceInflation | None:
     """Return the variance inflation over placebo locations; None where there are too few."""
     others = [t.over_all_trials for t in locations if abs(t.at - at) > APART]
-    squares = [energy * amplitude**2 for energy, amplitude in others if 0.5 * energy > CHANCE]
+    squares = [energy * amplitude**2 for energy, amplitude in others if 0.5 * energy > TESTABLE]
     if len(squares) < PLACES:
         return None
     return VarianceInflation(max(1.0, float(np.mean(squares))), len(squares) / APART)
@@ -81,7 +80,7 @@ def between_trials(locations: Sequence[PlaceboLocation]) -> VarianceInflation | 
     """
     squares = freedom = independent = 0.0
     for location in locations:
-        informative = 0.5 * location.energy > CHANCE
+        informative = 0.5 * location.energy > TESTABLE
         if informative.sum() < 2:
             continue
         energy, amplitude = location.energy[informative], location.amplitude[informative]

@@ -14,18 +14,15 @@ from slipbench.identification.mismatch.curves.trace import regressors
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.simulation.sensor import Sensor
+from slipbench.identification.mismatch.thresholds import (
+    CLOCK_DRIFT,
+    HELD_SHARE,
+    REST_SHARE,
+    REST_TIME,
+)
 from slipbench.identification.signals.clocks import BUS
 from slipbench.plant.signals import Floats
 
-DRIFT = 1e-3
-"""Clock drift larger than that of any device: a CAN node with more loses the bit timing of its
-bus."""
-AT_REST = 0.25
-"""Share of an offset above which a reading at rest deviates from zero."""
-REST = 0.5
-"""Time for which a reading must stay near zero to be at rest, s."""
-HELD = 0.5
-"""Share of bins above which an input that keeps its value is a computed one."""
 SENSORS = ("optical_sensor", "encoder", "channel")
 """Blocks of the motorcycle that only measure."""
 OF_A_READING = ("offset", "scale", "reversed_sign")
@@ -94,19 +91,19 @@ def _too_fast(candidate: Candidate, _: Fit) -> bool:
     if candidate.kind.name != "clock_drift":
         return False
     effect = candidate.effect()
-    return any(abs(getattr(effect, p.name)) > DRIFT for p in candidate.kind.parameters())
+    return any(abs(getattr(effect, p.name)) > CLOCK_DRIFT for p in candidate.kind.parameters())
 
 
 def _not_at_rest(candidate: Candidate, fit: Fit) -> bool:
     if candidate.kind.name != "offset" or _kind_of_place(candidate) != "output":
         return False
     offset = abs(float(getattr(candidate.effect(), candidate.kind.parameters()[0].name)))
-    return any(_is_at_rest(s, AT_REST * offset) for s in _sensors(candidate, fit))
+    return any(_is_at_rest(s, REST_SHARE * offset) for s in _sensors(candidate, fit))
 
 
 def _is_at_rest(sensor: Sensor, threshold: float) -> bool:
     """Return whether a sensor reads zero for some time."""
-    count = max(round(REST / sensor.grid.width), 2)
+    count = max(round(REST_TIME / sensor.grid.width), 2)
     quiet: Floats = (sensor.known & (np.abs(sensor.value) < threshold)).astype(float)
     return bool(quiet.size >= count and np.convolve(quiet, np.ones(count), "valid").max() >= count)
 
@@ -130,7 +127,7 @@ def _of_a_computed_input(candidate: Candidate, fit: Fit) -> bool:
 
 def _mostly_repeated(bins: Floats) -> bool:
     """Return whether most bins repeat the previous value, unlike a measurement."""
-    return bool(np.mean(np.abs(np.diff(bins)) <= 1e-9 * np.ptp(bins)) > HELD)
+    return bool(np.mean(np.abs(np.diff(bins)) <= 1e-9 * np.ptp(bins)) > HELD_SHARE)
 
 
 PRIORS = (

@@ -14,12 +14,9 @@ from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.refit import relinearized
 from slipbench.identification.mismatch.naming.score import Score, Screening, screen
+from slipbench.identification.mismatch.thresholds import REPLACED_SHARE
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
-
-REPLACED = 0.2
-"""Share of the gain of parameters far from the file that is required of an effect in their
-place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +34,7 @@ class Replacement:
     @property
     def least(self) -> float:
         """Gain required of an effect beside the fixed parameters, nats."""
-        return REPLACED * (self.fit.score - self.fixed.score)
+        return REPLACED_SHARE * (self.fit.score - self.fixed.score)
 
     def fitted(self, score: Score) -> Fit | None:
         """Return the fit of everything with an effect in their place; None if it does not."""

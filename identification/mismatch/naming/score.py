@@ -27,7 +27,6 @@ from slipbench.identification.mismatch.naming.candidates import (
     same_candidate,
 )
 from slipbench.identification.mismatch.naming.placebo import (
-    CHANCE,
     PlaceboLocation,
     at_places,
     placebo_inflation,
@@ -37,13 +36,12 @@ from slipbench.identification.mismatch.naming.score_tests import batches, score_
 from slipbench.identification.mismatch.naming.traces import Traces
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.sensor import Quantizes
+from slipbench.identification.mismatch.thresholds import EXCITED, TESTABLE
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
 HINT = 0.5
 """Gain of an amplitude, either sign, above which more candidates of an effect are tested, nats."""
-SHOWN = 6.0
-"""Expected gain of an effect of typical size above which it counts as excited, nats."""
 NEAR = (0.3, 3.0)
 """Amplitudes for which a response is valid."""
 MOST = 2.0
@@ -109,7 +107,7 @@ def scores(
         for score, column, changed in zip(tested, columns.T, changes, strict=True):
             if kept is not None and place_on_the_road(score.candidate.pattern) is not None:
                 kept[score.candidate] = column.copy()
-            if traces is not None and score.visible_gain > CHANCE:
+            if traces is not None and score.visible_gain > TESTABLE:
                 traces.add(score.candidate, _credit(score), changed)
     return scored
 
@@ -231,7 +229,7 @@ def _with_typical(at_typical_size: Sequence[Score], best: Sequence[Score]) -> li
 
 def _tests(typical: Sequence[Score], varied: Sequence[Score], before: Screening | None) -> int:
     """Count the independent tests with sufficient power in the whole library."""
-    powerful = [s.candidate for s in (*typical, *varied) if s.visible_gain > CHANCE]
+    powerful = [s.candidate for s in (*typical, *varied) if s.visible_gain > TESTABLE]
     independent = {_without_size(c) for c in powerful} & {
         _without_size(s.candidate) for s in typical
     }
@@ -310,7 +308,7 @@ def _strongest_of_each(scored: Iterable[Score]) -> Iterator[Score]:
 def _further_candidates(score: Score) -> list[Candidate]:
     """Return the further candidates to test after a first score."""
     candidate, backwards = score.candidate, score.amplitude < 0.0
-    if score.visible_gain < SHOWN:
+    if score.visible_gain < EXCITED:
         return list(larger(candidate))
     small = list(_small(score))
     if score.visible_gain * score.amplitude**2 <= HINT:

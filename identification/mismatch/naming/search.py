@@ -19,7 +19,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import mispredicted
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacobian
-from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
+from slipbench.identification.mismatch.naming.acceptance import Acceptance
 from slipbench.identification.mismatch.naming.fits import (
     beside_the_file,
     by_score,
@@ -36,7 +36,7 @@ from slipbench.identification.mismatch.naming.look_ahead import (
     first_effects,
     pairs,
 )
-from slipbench.identification.mismatch.naming.named import ALIKE, Named, restricted_to
+from slipbench.identification.mismatch.naming.named import Named, restricted_to
 from slipbench.identification.mismatch.naming.plausibility import doubts, plausible_first
 from slipbench.identification.mismatch.naming.score import (
     Score,
@@ -47,6 +47,7 @@ from slipbench.identification.mismatch.naming.score import (
 )
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
+from slipbench.identification.mismatch.thresholds import INDISTINGUISHABLE, REQUIRED_GAIN
 from slipbench.plant.effects.effect import Effect
 
 MOST = 3
@@ -70,7 +71,7 @@ class Search:
             self._forward(Named(base, base, screen(Linearization.of(base), self.library)))
         )
 
-    def ahead(self, named: Named, required_gain: float = ENOUGH) -> Named:
+    def ahead(self, named: Named, required_gain: float = REQUIRED_GAIN) -> Named:
         """Return the effects found from a step of two effects, if they explain more.
 
         required_gain: gain required of the two effects beyond the accepted ones, nats.
@@ -79,7 +80,9 @@ class Search:
             named, self.library, named.log_likelihood_gain + required_gain, self.say
         )
         named = replace(named, screenings=named.screenings + 1 + len(singles))
-        required = max([named.fit.score + required_gain, *(f.score + ENOUGH for f in singles)])
+        required = max(
+            [named.fit.score + required_gain, *(f.score + REQUIRED_GAIN for f in singles)]
+        )
         without_effects = replace(named, fit=named.base, competing={}, doubts={}, found_in={})
         step = self._step(
             without_effects, [*singles, *pairs(named, singles, self.library, required)]
@@ -87,7 +90,7 @@ class Search:
         if set(step.names) <= set(named.names) and step.fit.score <= named.fit.score:
             return replace(named, vetoes=step.vetoes)  # the step leads to the same effects
         refined = self._refined(self._forward(step))
-        if refined.names and refined.fit.score > named.fit.score + ENOUGH:
+        if refined.names and refined.fit.score > named.fit.score + REQUIRED_GAIN:
             return refined
         return replace(named, vetoes=refined.vetoes)
 
@@ -99,7 +102,7 @@ class Search:
         """
         while self.held_out is not None and named.names:
             last = len(named.names) - 1
-            contradiction = mispredicted(self.held_out, named.base, named.fit, ENOUGH)
+            contradiction = mispredicted(self.held_out, named.base, named.fit, REQUIRED_GAIN)
             if contradiction is None:
                 break
             others = fitted_without(named.fit, last) if last else None
@@ -133,7 +136,7 @@ class Search:
         by_rank = by_score(fits)
         passed = [t for t in by_rank if rule.accepts(rough, t)]
         vetoes = list(named.vetoes)
-        for new in plausible_first(passed, len(rough.candidates), ALIKE)[:CHANCES]:
+        for new in plausible_first(passed, len(rough.candidates), INDISTINGUISHABLE)[:CHANCES]:
             finer = _finer(named, new, passed)
             if not rule.accepts(named.fit, finer):
                 continue
@@ -173,7 +176,7 @@ class Search:
         named = replace(named, screenings=named.screenings + len(named.names))
         rule = self._rule(named)
         for new in by_score(f for fits in swapped_fits for f in fits):
-            if new.score < before.score + ENOUGH:
+            if new.score < before.score + REQUIRED_GAIN:
                 break
             if not rule.all_significant(new):
                 continue
@@ -191,7 +194,9 @@ class Search:
             return
         others = [s for s in self._screened(named, without) if s.candidate.name != removed.name]
         for score in others[:SECONDS]:
-            enough = without.score + PROMISED * score.log_likelihood_gain > fit.score + ENOUGH
+            enough = (
+                without.score + PROMISED * score.log_likelihood_gain > fit.score + REQUIRED_GAIN
+            )
             new = fitted(without, score.candidate) if enough else None
             if new is not None:
                 yield new
@@ -235,7 +240,7 @@ def _finer(named: Named, new: Fit, passed: Sequence[Fit]) -> Fit:
     """
     names = {c.name for c in new.candidates}
     same = [f for f in passed if {c.name for c in f.candidates} == names]
-    candidates = [f for f in same if abs(f.score - new.score) < ALIKE]
+    candidates = [f for f in same if abs(f.score - new.score) < INDISTINGUISHABLE]
     if beyond_prior(named.base):
         candidates += [f for f in (beside_the_file(new),) if f is not None]
     return max(

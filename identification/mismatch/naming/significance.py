@@ -14,18 +14,17 @@ from functools import lru_cache
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import CONFIRMED, refit_on
+from slipbench.identification.mismatch.fit.held_out import refit_on
 from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.fit.variance_inflation import VarianceInflation, amplitude_p
 from slipbench.identification.mismatch.naming.interval import significance
 from slipbench.identification.mismatch.simulation.model import Model
+from slipbench.identification.mismatch.thresholds import CONFIRMED, JOINT_TEST_P
 from slipbench.plant.errors import PlantError
 
 CHOICES = 2
 """Number of tests: by the training recordings, or by both."""
-DOUBTED = 0.01
-"""p on the training recordings above which held-out ones are not used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +44,7 @@ class SignificanceRule:
         if self.held_out is None:
             return training
         alone = CHOICES * training
-        if alone < self.limit or training > DOUBTED:
+        if alone < self.limit or training > JOINT_TEST_P:
             return min(1.0, alone)
         return min(
             1.0, alone, CHOICES * joined(training, predicted_held_out(fit, number, self.held_out))

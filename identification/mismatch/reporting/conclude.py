@@ -22,7 +22,6 @@ from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.floor import lack_of_fit
 from slipbench.identification.mismatch.fit.sizing import sizes
-from slipbench.identification.mismatch.fit.variance_inflation import FAMILY
 from slipbench.identification.mismatch.naming.interval import estimates
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.reporting.improved import not_told
@@ -45,6 +44,7 @@ from slipbench.identification.mismatch.simulation.regressor import (
     quantity_of,
 )
 from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.thresholds import FALSE_ALARM_RATE
 
 
 def verdict(a: Analysis) -> Verdict:
@@ -71,7 +71,9 @@ def _partial_verdict(a: Analysis) -> Verdict:
         return Verdict(None, None, left_out=_left_out(a))
     p_value = _smallest_p(a.before)
     location = _location(a, localizing_curve(a), a.operating_region)
-    return Verdict(True if p_value < FAMILY else None, p_value, location, left_out=_left_out(a))
+    return Verdict(
+        True if p_value < FALSE_ALARM_RATE else None, p_value, location, left_out=_left_out(a)
+    )
 
 
 def _complete_verdict(a: Analysis) -> Verdict:
@@ -83,7 +85,7 @@ def _complete_verdict(a: Analysis) -> Verdict:
     curves = (a.after if a.named.names else a.before) if unknown else a.before
     p = min(a.named.p, _smallest_p(a.before))
     return Verdict(
-        mismatch=p < FAMILY,
+        mismatch=p < FALSE_ALARM_RATE,
         p_value=p,
         location=(location := _conclude_location(a, curves, unknown, regressor)),
         suspected=None if location else _suspected(a),

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from slipbench.identification.mismatch.analysis import Analysis, unexplained
-from slipbench.identification.mismatch.naming.named import ALIKE, Named
+from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.reporting.memo import regressor_in_words
 from slipbench.identification.mismatch.reporting.verdict import Verdict
+from slipbench.identification.mismatch.thresholds import INDISTINGUISHABLE
 
 SHOWN = 5
 """Number of free curves in the table."""
@@ -49,7 +50,7 @@ def _rows_of_names(named: Named, verdict: Verdict, withdrawn: bool) -> Iterator[
     )
     for accepted_name, nats_behind in named.competing.items():
         for other, nats in nats_behind.items():
-            indistinguishable = nats < ALIKE
+            indistinguishable = nats < INDISTINGUISHABLE
             comparison = (
                 "cannot be told apart from it"
                 if indistinguishable

@@ -6,8 +6,8 @@ import numpy as np
 
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
-from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.identification.mismatch.thresholds import REQUIRED_GAIN
 from slipbench.plant.errors import PlantError
 
 
@@ -17,7 +17,7 @@ def step_note(fit: Fit) -> str:
     A change of ENOUGH nats or more can be mistaken for an effect.
     """
     nats = nats_of_half_a_step(fit)
-    if nats < ENOUGH:
+    if nats < REQUIRED_GAIN:
         return ""
     return (
         f"step: half of it changes the simulation by {nats:.0f} nats, and small lags, delays or leaks"

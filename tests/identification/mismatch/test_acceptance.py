@@ -6,15 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipbench.identification.mismatch.fit.variance_inflation import FAMILY, SHARE
 from slipbench.identification.mismatch.naming.acceptance import Acceptance
+from slipbench.identification.mismatch.thresholds import FALSE_ALARM_RATE, LIBRARY_SHARE
 
 
 @given(tests=st.integers(1, 10_000), screenings=st.integers(1, 500))
 def test_all_tests_of_all_screenings_together_stay_below_the_level(tests, screenings):
     limits = [Acceptance(tests, None, n).certainty.limit for n in range(1, screenings + 1)]
-    assert tests * sum(limits) < FAMILY * SHARE
-    assert tests * sum(limits) == pytest.approx(FAMILY * SHARE * (1.0 - 1.0 / (screenings + 1)))
+    assert tests * sum(limits) < FALSE_ALARM_RATE * LIBRARY_SHARE
+    assert tests * sum(limits) == pytest.approx(
+        FALSE_ALARM_RATE * LIBRARY_SHARE * (1.0 - 1.0 / (screenings + 1))
+    )
 
 
 @given(tests=st.integers(1, 10_000), screenings=st.integers(1, 500))

@@ -3,11 +3,7 @@
 import pytest
 
 from slipbench.identification.mismatch.analysis import begin
-from slipbench.identification.mismatch.curves.adequacy import (
-    MOST_RESIDUAL_SHARE,
-    Remainder,
-    remainder,
-)
+from slipbench.identification.mismatch.curves.adequacy import Remainder, remainder
 from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.candidate import Candidate
@@ -15,6 +11,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming.candidates import candidates
+from slipbench.identification.mismatch.thresholds import RESIDUAL_SHARE
 from tests.identification.mismatch.spring import recorded, system
 
 QUIET = 1e-5
@@ -45,7 +42,7 @@ def test_a_right_name_stands_beside_something_small_that_is_certain(bare) -> Non
     left = left_by(bare, "cubic.deflection")
     assert left is not None, "the trace of a square is certain at this noise"
     assert left.curve.log_likelihood_gain > 60.0
-    assert left.share < 0.2 * MOST_RESIDUAL_SHARE
+    assert left.share < 0.2 * RESIDUAL_SHARE
     assert left.small
 
 

@@ -8,7 +8,7 @@ import pytest
 from slipbench.identification.mismatch import explain
 from slipbench.identification.mismatch.analysis import Analysis, unexplained
 from slipbench.identification.mismatch.curves.adequacy import Remainder
-from slipbench.identification.mismatch.fit.held_out import RISES
+from slipbench.identification.mismatch.thresholds import RISEN_ERROR
 
 PLACE = "servo force"
 
@@ -94,6 +94,6 @@ def test_a_curve_with_which_a_held_out_error_rises_does_not_stand(ratio, predict
     predicted_held_out(-1.0, 100.0, ratio=ratio)
     known = known_of(0.3, 0.3)
     explain._free(known, (), lambda _: None)
-    assert (known.free is not None) == (ratio <= RISES)
-    assert len(known.vetoes) == (ratio > RISES)
+    assert (known.free is not None) == (ratio <= RISEN_ERROR)
+    assert len(known.vetoes) == (ratio > RISEN_ERROR)
     assert known.before[0].significant

@@ -4,9 +4,9 @@ import pytest
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
-from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.identification.mismatch.systems.system import ModelSystem
+from slipbench.identification.mismatch.thresholds import REQUIRED_GAIN
 from tests.identification.mismatch.drives import DAMPING, FREQUENCY, recorded
 from tests.paths import MODELS
 
@@ -56,4 +56,4 @@ def test_names_with_which_the_simulation_predicts_worse_do_not_stand(drives) -> 
     assert found.held_out[0].improved < found.held_out[0].calibrated
     (lost,) = found.vetoes
     assert lost.name == "gain_with_channel.torque/voltage + rate_limit.voltage"
-    assert lost.gain < -ENOUGH
+    assert lost.gain < -REQUIRED_GAIN

@@ -15,7 +15,7 @@ from slipbench.identification.mismatch.fit.calibrate import (
     start_fit,
 )
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.held_out import CONFIRMED, contradicted
+from slipbench.identification.mismatch.fit.held_out import contradicted
 from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import after_step, optimize
@@ -29,6 +29,7 @@ from slipbench.identification.mismatch.naming.fits import (
     promising_fits,
 )
 from slipbench.identification.mismatch.naming.score import screen
+from slipbench.identification.mismatch.thresholds import CONFIRMED
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
 from slipbench.plant.effects.load_transfer import LoadTransfer

@@ -42,11 +42,11 @@ def stopped(whole, done):
     if done > 0:
         a = replace(a, base=whole.base, held_out=whole.held_out, training=whole.training)
     if done > 1:
-        a = replace(a, before=whole.before, operating_region=whole.when)
+        a = replace(a, before=whole.before, operating_region=whole.operating_region)
     if done > 2:
         a = replace(a, named=whole.named, headline=whole.headline)
     if done > 5:
-        a = replace(a, held_out_runs=whole.proof, errors=whole.errors)
+        a = replace(a, held_out_runs=whole.held_out_runs, errors=whole.errors)
     return replace(a, done=done)
 
 

@@ -5,8 +5,9 @@ import json
 import pytest
 
 from slipbench.identification.mismatch.naming.interval import significance
-from slipbench.identification.mismatch.naming.significance import DOUBTED, predicted_held_out
+from slipbench.identification.mismatch.naming.significance import predicted_held_out
 from slipbench.identification.mismatch.reporting.verdict import as_json
+from slipbench.identification.mismatch.thresholds import JOINT_TEST_P
 from slipbench.plant.effects.asymmetric_filling import AsymmetricFilling
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.effect import Effect
@@ -78,4 +79,4 @@ def test_what_is_there_is_foretold_and_what_is_not_is_not() -> None:
     assert predicted_held_out(fit, 0, held_out) < 1e-5
     without = analysis(seed=5).held_out
     assert without is not None
-    assert predicted_held_out(fit, 0, without) > DOUBTED
+    assert predicted_held_out(fit, 0, without) > JOINT_TEST_P

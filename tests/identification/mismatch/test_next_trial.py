@@ -5,7 +5,7 @@ import re
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.naming.next_trial import next_trial
-from slipbench.identification.mismatch.naming.score import SHOWN
+from slipbench.identification.mismatch.thresholds import EXCITED
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.held_frames import HeldFrames
 from slipbench.plant.effects.radius_with_lean import RadiusWithLean
@@ -26,7 +26,7 @@ def test_of_several_effects_the_one_that_a_trial_shows_most_plainly_is_named() -
     assert told is not None
     assert "would show backlash" in told[0]
     nats = float(re.search(r"gain ([\d.]+) nats", told[0])[1])
-    assert nats >= SHOWN
+    assert nats >= EXCITED
 
 
 def test_a_trial_that_would_show_nothing_is_not_proposed() -> None:

@@ -14,11 +14,12 @@ from slipbench.identification.mismatch.fit.held_out import Veto
 from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming import acceptance, search
-from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
+from slipbench.identification.mismatch.naming.acceptance import Acceptance
 from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.score import Screening, screen
 from slipbench.identification.mismatch.naming.search import Search
+from slipbench.identification.mismatch.thresholds import REQUIRED_GAIN
 from tests.identification.mismatch.spring import recorded, system
 
 BENT = ("asymmetry", "cubic", "dead_zone")
@@ -150,7 +151,7 @@ def test_what_stays_is_certain_and_missed(steps, certain):
     if left.names:
         assert all(certain[left.names])
         lost = [left.score - left.without(i).score for i in range(len(left.names))]
-        assert min(lost) >= ENOUGH
+        assert min(lost) >= REQUIRED_GAIN
 
 
 def test_what_would_take_the_certainty_of_the_others_does_not_go_first():

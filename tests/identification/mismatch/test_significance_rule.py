@@ -9,12 +9,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from slipbench.identification.mismatch.naming import significance as rule
-from slipbench.identification.mismatch.naming.significance import (
-    CHOICES,
-    DOUBTED,
-    SignificanceRule,
-    joined,
-)
+from slipbench.identification.mismatch.naming.significance import CHOICES, SignificanceRule, joined
+from slipbench.identification.mismatch.thresholds import JOINT_TEST_P
 
 LIMIT = 1e-5
 P = st.floats(1e-200, 1.0)
@@ -59,7 +55,7 @@ def test_held_out_recordings_never_make_doubted_ones_certain(training, held_out)
         patch.setattr(rule, "predicted_held_out", lambda *_: held_out)
         p = SignificanceRule(LIMIT, SimpleNamespace()).p(None, 0)
     assert p <= min(1.0, CHOICES * training)
-    if training > DOUBTED or (training >= 0.5 * LIMIT and held_out == 1.0):
+    if training > JOINT_TEST_P or (training >= 0.5 * LIMIT and held_out == 1.0):
         assert p == min(1.0, CHOICES * training)
 
 

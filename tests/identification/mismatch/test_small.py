@@ -16,7 +16,6 @@ from slipbench.identification.mismatch.analysis import Analysis, begin
 from slipbench.identification.mismatch.curves.adequacy import Remainder
 from slipbench.identification.mismatch.curves.fit_in_model import fit_curves_in_model
 from slipbench.identification.mismatch.explain import analyse, run_analysis
-from slipbench.identification.mismatch.naming.interval import IDEAL
 from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.identification.mismatch.reporting.improved import improved_system
 from slipbench.identification.mismatch.reporting.memo import lines, sentence
@@ -24,6 +23,7 @@ from slipbench.identification.mismatch.reporting.memo_page import memo_page
 from slipbench.identification.mismatch.reporting.open_questions import read_open_questions
 from slipbench.identification.mismatch.reporting.output import write_outputs
 from slipbench.identification.mismatch.reporting.verdict import as_json
+from slipbench.identification.mismatch.thresholds import FORMULA_WIDTH
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
 from slipbench.plant.effects.free_curve import FreeCurve
@@ -72,7 +72,7 @@ def test_backlash_is_named_with_its_size_and_proven():
 
 def test_no_interval_is_narrower_than_what_two_formulas_of_one_physics_mean():
     for number in verdict(slack()).effects[0].parameters:
-        assert 0.5 * (number.high - number.low) >= IDEAL * number.value
+        assert 0.5 * (number.high - number.low) >= FORMULA_WIDTH * number.value
 
 
 def test_where_nothing_is_missing_nothing_is_claimed():

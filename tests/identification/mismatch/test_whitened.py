@@ -26,6 +26,7 @@ from slipbench.identification.mismatch.fit.variance_inflation import amplitude_p
 from slipbench.identification.mismatch.fit.whitening import DOUBTED, Whitener, whitener
 from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.score import HINT, placebo_locations, scores
+from slipbench.identification.mismatch.simulation.regressor import half_range
 from slipbench.identification.mismatch.simulation.sampling import Grid
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
@@ -143,7 +144,11 @@ def test_a_curve_fitted_among_many_is_the_curve_fitted_alone():
         reply = impulse_responses(fit, place)
         for found in tries[::10]:
             tents = whitened.along(place.subsystem, {found.regressor: found.knots}).pushes
-            courses = [place.size * h for h in tents]
+            z = np.concatenate(
+                [s[found.regressor] for _, s in whitened.seen_by(place.subsystem)], axis=-1
+            )
+            units = 1.0 / half_range(found.regressor, z, found.knots)
+            courses = [place.size * h * units for h in tents]
             columns = whiten_and_stack(fit.model, fit.noise, responses_to(reply, courses))
             off = told.nuisances.project_out(columns)
             normal = off.T @ off + RIDGE * np.eye(found.knots.size)
@@ -152,7 +157,7 @@ def test_a_curve_fitted_among_many_is_the_curve_fitted_alone():
             assert found.log_likelihood_gain == pytest.approx(gain, rel=1e-6, abs=1e-6), (
                 found.regressor
             )
-            assert np.allclose(off @ found.values, off @ values, atol=1e-5)
+            assert np.allclose(off @ (found.values / units), off @ values, atol=1e-5)
             predicted_held_out += found.cross_predicted is not None
     assert predicted_held_out > 0
 
