@@ -85,7 +85,7 @@ def lateness(path: Path) -> tuple[list[int], int]:
 
 
 def run(checkout: Path, *arguments: str) -> str:
-    """What Python prints with the slipbench of a checkout."""
+    """Output of Python with the slipbench of a checkout."""
     paths = os.pathsep.join([str(checkout / "src"), str(ROOT / "benchmarks")])
     done = subprocess.run(
         [sys.executable, *arguments],

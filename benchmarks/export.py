@@ -50,8 +50,10 @@ def main(frames: int = FRAMES) -> None:
                 taken = seconds(partial(write, [what], database, out), 1)
                 rates.append(len(log) / taken)
                 shutil.rmtree(out) if out.is_dir() else out.unlink()
-            told = f"{rates[1]:16,.0f}" if form not in ("asc", "blf") else f"{'no signals':>16}"
-            print(f"{form:10}{rates[0]:16,.0f}{told}")
+            with_signals = (
+                f"{rates[1]:16,.0f}" if form not in ("asc", "blf") else f"{'no signals':>16}"
+            )
+            print(f"{form:10}{rates[0]:16,.0f}{with_signals}")
         path = Path(folder) / "frames.log"
         part = traffic(database, frames // 5)
         path.write_bytes(b"".join(format_frames(part)))

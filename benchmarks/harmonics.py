@@ -37,10 +37,10 @@ def errors(found: DescribingFunction) -> np.ndarray:
     """Relative error of each harmonic, and the share of bins whose truth is inside the 95 % interval."""
     inside = (found.frequency > 1) & (found.frequency < 11)
     truth = Curved().harmonics(found.frequency, AMPLITUDE)[:, inside]
-    left = np.abs(found.value[:, inside] - truth)
+    error = np.abs(found.value[:, inside] - truth)
     size = np.sqrt(np.mean(np.abs(truth) ** 2, axis=1))
     radius = found.quantile / 1.96 * np.sqrt(-np.log(0.05)) * found.deviation[:, inside]
-    return np.append(np.sqrt(np.mean(left**2, axis=1)) / size, np.mean(left < radius))
+    return np.append(np.sqrt(np.mean(error**2, axis=1)) / size, np.mean(error < radius))
 
 
 def main(seeds: int) -> None:

@@ -115,7 +115,7 @@ def explain_case(one: Case, folder: Path) -> dict[str, Result]:
 
 def lines(found: list[tuple[Case, dict[str, Result]]], command: str) -> Iterator[str]:
     """Yield the lines of the page."""
-    alike = sum(len({_response(t.names) for t in by.values()}) == 1 for _, by in found)
+    same = sum(len({_response(t.names) for t in by.values()}) == 1 for _, by in found)
     right = {
         way: sum(_response(by[way].names) == _response(one.names) for one, by in found)
         for way in WAYS
@@ -127,7 +127,7 @@ def lines(found: list[tuple[Case, dict[str, Result]]], command: str) -> Iterator
         " a hidden effect of random size.\n"
     )
     yield (
-        f"The three ways name the same effects in {alike} of {len(found)} cases. A lag before and a lag"
+        f"The three ways name the same effects in {same} of {len(found)} cases. A lag before and a lag"
         " behind a linear spring have the same response: they count as the same.\n"
     )
     yield "| case | hidden | " + " | ".join(WAYS) + " |"

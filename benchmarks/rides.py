@@ -1,11 +1,11 @@
 """Rides of motorcycles whose truth is known: the plant's own equations through its sensors.
 
-In arrays, without a bus and without clocks that drift. `linear` takes the effects off a motorcycle
-but the displaced tooth, so that one linear function is nearly the truth; `drawn` draws numbers from
-what a vehicle file believes of them.
+In arrays, without a bus and without clocks that drift. `linear` removes the effects of a motorcycle
+except the displaced tooth, so that one linear function is nearly the truth; `drawn` draws numbers
+from the intervals of a vehicle file.
 
 The truth of the first harmonic is what single sines of the same amplitude give without noise; the
-driveline's is `plant.linear`. Where the optical sensor lags, the truth is seen through it.
+driveline's is `plant.linear`. Where the optical sensor lags, the truth includes its lag.
 """
 
 from collections.abc import Callable
@@ -67,14 +67,14 @@ def vehicle(name: str) -> Vehicle:
 
 @cache
 def linear(name: str) -> Motorcycle:
-    """Take the effects off that bend or lag."""
+    """Remove the effects that are nonlinear or lag."""
     whole = vehicle(name).motorcycle
     return replace(whole, effects=tuple(e for e in whole.effects if e.name in KEPT))
 
 
 @cache
 def drawn(name: str, seed: int) -> Motorcycle:
-    """Draw a motorcycle from what a vehicle file believes: normal, 95 % within plus_minus."""
+    """Draw a motorcycle from the intervals of a vehicle file: normal, 95 % within plus_minus."""
     rng, of = np.random.default_rng(seed), vehicle(name)
     made = linear(name)
     for key, half in sorted(of.plus_minus.items()):
@@ -110,9 +110,9 @@ def ride(motorcycle: Motorcycle, noise: float, seed: int, lasts: float = 30.0) -
     grid = t + 0.5 / RATE
     wheel = rear_speed(motorcycle, out, grid)
     stamps = np.arange(4e-3 * rng.random(), grid[-1], 4e-3)
-    seen = np.interp(stamps, out.time, out.optical_speed)
-    seen = seen + noise * 0.02 * rng.standard_normal(stamps.size)
-    reference = low_pass(onto(sampled(stamps, np.round(seen / 0.01) * 0.01), grid), RATE, 60.0)
+    measured = np.interp(stamps, out.time, out.optical_speed)
+    measured = measured + noise * 0.02 * rng.standard_normal(stamps.size)
+    reference = low_pass(onto(sampled(stamps, np.round(measured / 0.01) * 0.01), grid), RATE, 60.0)
     position = np.interp(grid, out.time, out.throttle)
     position = position + noise * 3e-4 * rng.standard_normal(grid.size)
     inside = np.isfinite(wheel) & np.isfinite(reference)
@@ -126,7 +126,7 @@ def still_speed(motorcycle: Motorcycle, lasts: float) -> float:
 
 
 def gusts(n: int, rng) -> np.ndarray:
-    """Wind that remembers itself for WIND_TIME. Returns N, (n,)."""
+    """Wind with correlation time WIND_TIME. Returns N, (n,)."""
     from scipy.signal import lfilter
 
     keep = np.exp(-1 / RATE / WIND_TIME)
@@ -134,7 +134,7 @@ def gusts(n: int, rng) -> np.ndarray:
 
 
 def rear_speed(motorcycle, out, grid: np.ndarray) -> np.ndarray:
-    """Peripheral speed as the encoder tells it, filtered as identification does. m/s."""
+    """Peripheral speed from the encoder, filtered as identification does. m/s."""
     disc = toothed_disc(motorcycle.rear_encoder, motorcycle.effects, "rear_encoder")
     first = begin(float(out.time[0]), float(out.rear_angle[0]), float(out.rear_speed[0]))
     passed = passing_teeth(disc, first, out.time[1:], out.rear_angle[1:], out.rear_speed[1:])[1]
@@ -177,8 +177,10 @@ def _small(motorcycle: Motorcycle, speed: float):
 
     def small(f: np.ndarray) -> np.ndarray:
         s = 2j * np.pi * f
-        position, wheel, seen = (linear.system(s)[k, 0] for k in range(3))
-        return (r * wheel / v - seen * r * w / v**2) / position * np.exp(-s * linear.delays["air"])
+        position, wheel, measured = (linear.system(s)[k, 0] for k in range(3))
+        return (
+            (r * wheel / v - measured * r * w / v**2) / position * np.exp(-s * linear.delays["air"])
+        )
 
     return v, small
 
@@ -193,8 +195,8 @@ def stepped(motorcycle, f: float) -> complex:
     _, out = simulation.advance(state, inputs)
     late = out.time > 3
     x = out.time[late]
-    seen = out.optical_speed[late]
-    y = motorcycle.rear_wheel.radius * out.rear_speed[late] / seen - 1
+    measured = out.optical_speed[late]
+    y = motorcycle.rear_wheel.radius * out.rear_speed[late] / measured - 1
     turn = 2 * np.pi * f * x
     drift = np.stack((np.ones(x.size), x - 4, (x - 4) ** 2), axis=1)
     harmonics = [g(k * turn) for k in (1, 2, 3) for g in (np.cos, np.sin)]
@@ -206,7 +208,7 @@ def stepped(motorcycle, f: float) -> complex:
 def driveline(motorcycle: Motorcycle, faster: float = 0.0) -> tuple[float, float]:
     """Natural frequency (Hz) and damping of the driveline, faster (m/s) than in still air.
 
-    NaN where it does not swing.
+    NaN where it is not oscillatory.
     """
     here, there = (_swing(motorcycle, x) for x in (SPEED, FASTER * SPEED))
     share = faster / (there[0] - here[0])
@@ -221,10 +223,10 @@ def _swing(motorcycle: Motorcycle, speed: float) -> tuple[float, float, float]:
     poles = linear.system.poles()
     servo = motorcycle.throttle_servo
     own = servo.natural_frequency * (-servo.damping + 1j * np.sqrt(1 - servo.damping**2))
-    swinging = sorted((p for p in poles if p.imag > 0), key=lambda p: abs(p - own))
-    if len(swinging) < 2:
+    oscillatory = sorted((p for p in poles if p.imag > 0), key=lambda p: abs(p - own))
+    if len(oscillatory) < 2:
         return float(linear.at["speed"]), float("nan"), float("nan")
-    pair = swinging[1]
+    pair = oscillatory[1]
     natural = float(abs(pair) / (2 * np.pi))
     return float(linear.at["speed"]), natural, float(-pair.real / abs(pair))
 

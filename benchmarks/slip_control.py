@@ -97,12 +97,12 @@ def played(
 def messages(log: Path, codec: Codec) -> list[tuple[float, str, object]]:
     """Decoded messages that the controller reads: arrival (s), name, message."""
     frames = read_log(log).frames
-    wanted = {codec.identifier(name): name for name in HEARD}
+    by_identifier = {codec.identifier(name): name for name in HEARD}
     found = []
     for time_ns, identifier, data, length in zip(
         frames.time_ns, frames.identifier, frames.data, frames.length, strict=True
     ):
-        if (name := wanted.get(int(identifier))) is not None:
+        if (name := by_identifier.get(int(identifier))) is not None:
             message = codec.decode(int(identifier), data[:length].tobytes())
             assert not isinstance(message, FrameFault)
             found.append((int(time_ns) * 1e-9, name, message))

@@ -205,8 +205,8 @@ def subscribe(client: ClientConnection) -> None:
             data = client.recv(timeout=QUIET if channels else None)
             tree = json.loads(data) if isinstance(data, str) else {}
             channels += [each["id"] for each in tree.get("channels", [])]
-    wanted = [{"id": each, "channelId": each} for each in channels]
-    client.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
+    subscriptions = [{"id": each, "channelId": each} for each in channels]
+    client.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
 
 
 CLIENTS: dict[str, Client | None] = {"without": None, VIEW: watch, STREAM: follow}

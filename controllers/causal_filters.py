@@ -1,7 +1,7 @@
-"""Filters for a controller: what each sample gives depends on the past alone, and has its price.
+"""Filters for a controller: each output depends on the past alone, at the price of phase lag.
 
 Every filter is a frozen object with `initial` and `update`; the state has a fixed size, so that a
-control loop can keep it. What the price is, in phase, `response` gives for any frequency.
+control loop can keep it. `response` gives the phase lag at any frequency.
 
     notch = Notch(rate=1000.0, orders=(1,))
     state = notch.initial()
@@ -64,7 +64,7 @@ class LowPass:
         return value, after
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """What becomes of a sine. frequency: Hz."""
+        """Complex response to a sine. frequency: Hz."""
         _, value = signal.freqz_sos(self.coefficients, worN=frequency, fs=self.rate)
         return np.asarray(value, np.complex128)
 
@@ -101,7 +101,7 @@ class Notch:
         return 4 * math.pi * self.width / self.rate
 
     def initial(self) -> NotchState:
-        """Know no line yet."""
+        """State without any line."""
         return NotchState(0.0, tuple((0.0, 0.0) for _ in self.orders))
 
     def update(self, state: NotchState, value: float, frequency: float) -> tuple[float, NotchState]:
@@ -115,7 +115,7 @@ class Notch:
         return clean, NotchState(angle, lines)
 
     def response(self, frequency: FloatArray, wheel: float) -> ComplexArray:
-        """What becomes of a sine while the wheel turns steadily. frequency, wheel: Hz."""
+        """Complex response to a sine while the wheel turns steadily. frequency, wheel: Hz."""
         z = np.exp(2j * np.pi * frequency / self.rate)
         cosines = [math.cos(2 * math.pi * order * wheel / self.rate) for order in self.orders]
         poles = [z**2 - 2 * z * c + 1 for c in cosines]  # 1 / (1 + sum of loops), over them all

@@ -59,15 +59,15 @@ class Compensator:
         return state.command, state
 
     def given(self, state: CompensatorState, command: float, dt: float) -> CompensatorState:
-        """Track what the actuators gave of the last command, as at a limit."""
+        """Track the part of the last command that the actuators gave, as at a limit."""
         back = min(dt / self.tracking_time, 1.0) * (command - state.command)
         return replace(state, integral=state.integral + back)
 
     def _step(self, state: CompensatorState, error: float) -> CompensatorState:
         F = self.shaping
-        wanted = state.integral + self._shaped(state.filtered, error)
-        command = self.limits.towards(wanted, state.command, self.period)
-        back = min(self.period / self.tracking_time, 1.0) * (command - wanted)
+        requested = state.integral + self._shaped(state.filtered, error)
+        command = self.limits.towards(requested, state.command, self.period)
+        back = min(self.period / self.tracking_time, 1.0) * (command - requested)
         integral = state.integral + self.integral * error * self.period + back
         return CompensatorState(integral, np.asarray(F.A @ state.filtered + F.B * error), command)
 

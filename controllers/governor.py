@@ -1,4 +1,4 @@
-"""A reference governor: how much of a wanted slip is asked for, and how fast.
+"""A reference governor: which share of a requested slip the loop gets, and how fast.
 
 It holds the reference inside what the tyre can carry and what the actuator can still give: where
 the command stands at a limit, a reference that asks for more of the same would only wind the loop
@@ -30,8 +30,8 @@ class Governor:
 
         The step r - last will ask for (r - last) / gain beyond the present command.
         """
-        wanted = self.slip.towards(target, last, dt)
-        predicted = command + (wanted - last) / self.gain
+        requested = self.slip.towards(target, last, dt)
+        predicted = command + (requested - last) / self.gain
         inside = self.command.nearest(predicted)
-        least, most = sorted((last, wanted))  # rounding must not lead out of the range
+        least, most = sorted((last, requested))  # rounding must not lead out of the range
         return min(max(last + (inside - command) * self.gain, least), most)

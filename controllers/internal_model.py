@@ -8,9 +8,9 @@ number to choose, and it stays stable for every motorcycle of the set where |W T
 Zafiriou, Robust Process Control, 1989, chapter 4). Since the model is driven by the command after
 its limits, saturation winds nothing up. Q(0) G(0) = 1 makes the error vanish in the steady state.
 
-Q cancels a resonance by a push and a pull after it. Where a limit gave nothing of the push, the
-pull would do harm: as long as the command stands at a limit and the error asks for more than that
-even at rest, Q stands as if the error had been there for ever.
+Q cancels a resonance by an impulse and a later impulse of opposite sign. Where a limit cut off the
+first, the second would do harm: as long as the command stands at a limit and the error asks for
+more than that even at rest, Q stands as if the error had been there for ever.
 """
 
 import math
@@ -52,7 +52,7 @@ class InternalModel:
     def start(self, command: float, reference: float, measurement: float) -> ModelState:
         """Take over at `command` without a jump: the motorcycle is taken to be at rest there.
 
-        What the inverse would answer at once to the first error is held back by its state, the
+        The direct response of the inverse to the first error is held back by its state, the
         smallest one that does, and comes as that state dies away.
         """
         known = measurement if math.isfinite(measurement) else reference
@@ -73,7 +73,7 @@ class InternalModel:
         return state.command, state
 
     def given(self, state: ModelState, command: float, dt: float) -> ModelState:
-        """Drive the model by what the actuators gave of the last command."""
+        """Drive the model by the part of the last command that the actuators gave."""
         late = state.late.copy()
         late[0] = command - state.base[0]
         return ModelState(state.model, state.inverse, late, state.command, state.base)
@@ -87,8 +87,8 @@ class InternalModel:
         if math.isfinite(measurement):
             surprise = measurement - level - self._expected(state)
             error = reference - level - surprise
-            wanted = command + float(q.C @ inverse) + q.D * error
-            given = self.limits.towards(wanted, state.command, self.period)
+            requested = command + float(q.C @ inverse) + q.D * error
+            given = self.limits.towards(requested, state.command, self.period)
             idle = self.limits.withstands(command + q.gain * error - given, given)
             inverse = q.rest(error) if idle else q.A @ inverse + q.B * error
         late = np.concatenate(([given - command], state.late[:-1]))

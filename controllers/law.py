@@ -1,4 +1,4 @@
-"""What every control law is: an explicit state, a start without a jump, and an update.
+"""Interface of every control law: an explicit state, a start without a jump, and an update.
 
     state = law.start(command, reference, measurement)      # as if it had always given `command`
     command, state = law.update(state, reference, measurement, dt)
@@ -22,7 +22,7 @@ class Law(Protocol[State]):
 
     @property
     def limits(self) -> Range:
-        """Where the command may be."""
+        """Bounds of the command."""
         ...
 
     def start(self, command: float, reference: float, measurement: float) -> State:

@@ -1,4 +1,4 @@
-"""Where a command may be, and how fast it may get there."""
+"""Bounds and rate limit of a command."""
 
 from dataclasses import dataclass
 
@@ -16,18 +16,18 @@ class Range:
         if not (self.low <= self.high and self.rate > 0.0):
             raise ValueError(f"no command lies in {self.low:g} .. {self.high:g} at {self.rate:g}/s")
 
-    def nearest(self, wanted: float) -> float:
-        """The allowed value nearest to `wanted`."""
-        return min(max(wanted, self.low), self.high)
+    def nearest(self, requested: float) -> float:
+        """The allowed value nearest to `requested`."""
+        return min(max(requested, self.low), self.high)
 
-    def withstands(self, push: float, last: float) -> bool:
-        """Whether `last` stands at the bound that a push, whatever its size, points to."""
-        return (push > 0.0 and last >= self.high) or (push < 0.0 and last <= self.low)
+    def withstands(self, change: float, last: float) -> bool:
+        """Whether `last` stands at the bound towards which a change points, whatever its size."""
+        return (change > 0.0 and last >= self.high) or (change < 0.0 and last <= self.low)
 
-    def towards(self, wanted: float, last: float, dt: float) -> float:
-        """The allowed value nearest to `wanted` that can be reached from `last` in `dt`.
+    def towards(self, requested: float, last: float, dt: float) -> float:
+        """The allowed value nearest to `requested` that can be reached from `last` in `dt`.
 
         A last value outside the bounds comes back at the given rate, not by a jump.
         """
         reach = self.rate * dt
-        return min(max(self.nearest(wanted), last - reach), last + reach)
+        return min(max(self.nearest(requested), last - reach), last + reach)

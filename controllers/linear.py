@@ -38,11 +38,11 @@ class Linear:
 
     @cached_property
     def gain(self) -> float:
-        """Steady answer to 1."""
+        """Steady-state gain."""
         return float(self.C @ self.rest(1.0) + self.D)
 
     def response(self, z: npt.NDArray[np.complex128]) -> npt.NDArray[np.complex128]:
-        """Complex answer at points z of the plane, (k,)."""
+        """Complex response at points z of the plane, (k,)."""
         whole = z[:, None, None] * np.eye(self.B.size) - self.A
         x = np.linalg.solve(whole, np.tile(self.B + 0j, (z.size, 1))[..., None])[..., 0]
         return np.asarray(x @ self.C + self.D)

@@ -45,7 +45,7 @@ class Pid:
     def start(self, command: float, reference: float, measurement: float) -> PidState:
         """Take over at `command` without a jump."""
         known = measurement if math.isfinite(measurement) else reference
-        return PidState(command - self._push(reference, known), 0.0, known, command)
+        return PidState(command - self._proportional(reference, known), 0.0, known, command)
 
     def update(
         self, state: PidState, reference: float, measurement: float, dt: float
@@ -54,25 +54,25 @@ class Pid:
         if not math.isfinite(measurement + reference):
             return state.command, replace(state, slope=0.0)
         slope = self._slope(state, measurement, dt)
-        wanted = self._push(reference, measurement) + state.integral + slope
-        command = self.limits.towards(wanted, state.command, dt)
-        back = min(dt / self.tracking_time, 1.0) * (command - wanted)
+        requested = self._proportional(reference, measurement) + state.integral + slope
+        command = self.limits.towards(requested, state.command, dt)
+        back = min(dt / self.tracking_time, 1.0) * (command - requested)
         integral = state.integral + self.integral * (reference - measurement) * dt + back
         return command, PidState(integral, slope, measurement, command)
 
     def given(self, state: PidState, command: float, dt: float) -> PidState:
-        """Track what the actuators gave of the last command, as at a limit."""
+        """Track the part of the last command that the actuators gave, as at a limit."""
         back = min(dt / self.tracking_time, 1.0) * (command - state.command)
         return replace(state, integral=state.integral + back)
 
-    def _push(self, reference: float, measurement: float) -> float:
+    def _proportional(self, reference: float, measurement: float) -> float:
         return self.proportional * (self.reference_weight * reference - measurement)
 
     def _slope(self, state: PidState, measurement: float, dt: float) -> float:
         """Filter the derivative by the implicit Euler rule: stable at every dt."""
-        whole = self.filter_time + dt
+        total = self.filter_time + dt
         moved = measurement - state.measurement
-        return (self.filter_time * state.slope - self.derivative * moved) / whole
+        return (self.filter_time * state.slope - self.derivative * moved) / total
 
     def between(self, other: "Pid", share: float) -> "Pid":
         """The controller at a share of the way to another one: gain scheduling."""

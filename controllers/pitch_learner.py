@@ -29,7 +29,7 @@ OUTLIER = 3.0  # deviations to which a surprise is cut
 
 @dataclass(frozen=True, slots=True)
 class LearnerState:
-    """What is known after a tooth; tuples of numbers, which a loop reads quickly.
+    """State after a tooth; tuples of numbers, which a loop reads quickly.
 
     time, count  of the last tooth; NaN at first
     logs         2 N + 1 log speeds of the last intervals, the newest last
@@ -71,7 +71,7 @@ class PitchLearner:
     ready: float = 2e-3
 
     def initial(self) -> LearnerState:
-        """Know nothing."""
+        """State before the first tooth."""
         n = self.teeth
         none = (0.0,) * n
         return LearnerState(
@@ -106,9 +106,9 @@ class PitchLearner:
     ) -> tuple[Numbers, Numbers, Numbers, float]:
         """Move the level of the interval one turn ago: its tooth was the same."""
         level, weight = state.level[tooth], state.weight[tooth]
-        seen = _centre(logs, self.teeth)
+        observed = _centre(logs, self.teeth)
         limit = OUTLIER * math.sqrt(state.variance + 1 / weight) if weight > 0 else math.inf
-        surprise = max(-limit, min(limit, seen - level))
+        surprise = max(-limit, min(limit, observed - level))
         pace = 1 / (4 * self.teeth) if weight > 0 else 0.0
         variance = state.variance + pace * (surprise**2 - state.variance)
         gain = 1 / (variance + TIMER**2 / 6 / interval**2)
@@ -127,7 +127,7 @@ def _with(values: Numbers, place: int, value: float) -> Numbers:
 
 
 def _centre(logs: Numbers, teeth: int) -> float:
-    """Free the middle interval of what is slow."""
+    """Remove the slow part from the middle interval."""
     kernel = _quick(teeth)
     spare = (len(logs) - len(kernel)) // 2
     return float(sum(map(mul, kernel, logs[spare:])))

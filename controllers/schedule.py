@@ -1,6 +1,6 @@
 """Gains that follow the speed: between two designs the gains lie on a straight line.
 
-The state belongs to all of them alike (the integral is kept in the command's unit), so that a
+The state is common to all of them (the integral is kept in the command's unit), so that a
 change of speed moves the gains and nothing jumps.
 """
 

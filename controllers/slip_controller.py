@@ -70,21 +70,22 @@ class SlipController:
         if not math.isfinite(state.reference):
             return state.throttle, state.spark, self.start(state.throttle, state.spark, slip, speed)
         reference = self._governed(state, target, dt)
-        wanted, passed = self._passed(state, reference)
+        shaped, passed = self._passed(state, reference)
         throttle, spark = state.throttle, state.spark
         if self.both is not None:
-            throttle, spark, law = self.both.update(state.law, wanted, slip, dt)
+            throttle, spark, law = self.both.update(state.law, shaped, slip, dt)
         elif self._moves_throttle:
-            throttle, law = self._at(speed).update(state.law, wanted, slip, dt)
+            throttle, law = self._at(speed).update(state.law, shaped, slip, dt)
         else:
-            spark, law = self._at(speed).update(state.law, wanted, slip, dt)
+            spark, law = self._at(speed).update(state.law, shaped, slip, dt)
         return throttle, spark, SlipState(law, reference, passed, throttle, spark)
 
     def _passed(self, state: SlipState, reference: float) -> tuple[float, Any]:
         """The reference behind the prefilter, and the state of that.
 
-        A prefilter swings a target in so that the slip does not swing. A change of which a limit
-        gives nothing goes past it: swinging back, it would ask for less than the target.
+        A prefilter shapes a change of the target so that the slip does not oscillate. A change of
+        which a limit gives nothing goes past it: swinging back, it would ask for less than the
+        target.
         """
         if self.prefilter is None:
             return reference, None
@@ -94,7 +95,7 @@ class SlipController:
         return float(p.C @ x) + p.D * reference, p.A @ x + p.B * reference
 
     def _in_vain(self, state: SlipState, change: float) -> bool:
-        """Whether a change of the target only pushes further into a limit."""
+        """Whether a change of the target only drives the command further into a limit."""
         by_throttle = self.both is not None or self._moves_throttle
         law = self.law if self.both is None else self.both.throttle
         now = state.throttle if by_throttle else state.spark

@@ -1,11 +1,11 @@
-"""Slip as a controller can know it: from tooth times as they come, and true speed while it lasts.
+"""Slip estimate for a controller: from tooth times as they come, and true speed while measured.
 
     lambda = w_r r_r / v - 1
 
-w_r rear wheel speed from its last tooth interval, freed of what its gaps do; r_r rolling radius; v
-speed: the optical sensor's while it speaks, else the front wheel's. How far the front wheel's speed
-is from the optical one (its rolling radius changes with load and pressure) is learnt while both
-speak, so that nothing jumps when the optical sensor is lost, or found again. A wheel speed is the
+w_r rear wheel speed from its last tooth interval, free of tooth-pitch errors; r_r rolling radius; v
+speed: the optical sensor's while it reports, else the front wheel's. The ratio of the front wheel's
+speed to the optical one (its rolling radius changes with load and pressure) is learnt while both
+report, so that nothing jumps when the optical sensor is lost or returns. A wheel speed is the
 mean over one gap and half an interval old when its tooth comes; `age` gives it, and the design of
 the loop counts it.
 
@@ -38,7 +38,7 @@ class Wheel:
 
 @dataclass(frozen=True, slots=True)
 class EstimatorState:
-    """What is known. optical: the optical sensor's speed; scale: true over front wheel's."""
+    """State. optical: the optical sensor's speed; scale: true over front wheel's."""
 
     rear: Wheel
     front: Wheel
@@ -60,7 +60,7 @@ class Slip:
 class SlipEstimator:
     """teeth: per turn of either encoder; radii: m, rolling; silence: s after which a sensor is
     lost; memory: s over which the front wheel's scale is learnt; report: s after which teeth that
-    have passed are reported at the latest: a silence of that length says nothing."""
+    have passed are reported at the latest: a silence of that length carries no information."""
 
     teeth: int
     rear_radius: float
@@ -73,29 +73,29 @@ class SlipEstimator:
 
     @cached_property
     def learner(self) -> PitchLearner:
-        """What learns the gaps of either wheel."""
+        """Learner of the tooth-pitch errors of either wheel."""
         return PitchLearner(self.teeth)
 
     @cached_property
     def tracker(self) -> SpeedTracker:
-        """What calms the optical sensor's readings."""
+        """Filter of the optical sensor's readings."""
         return SpeedTracker(silence=self.silence)
 
     def initial(self) -> EstimatorState:
-        """Know nothing."""
+        """State before the first sample."""
         return EstimatorState(Wheel(self.learner.initial()), Wheel(self.learner.initial()))
 
     def rear_tooth(
         self, state: EstimatorState, time: float, count: float, learning: bool = True
     ) -> EstimatorState:
-        """Take in a tooth of the rear wheel. time: s; count: running number."""
+        """Add a tooth of the rear wheel. time: s; count: running number."""
         rear = self._tooth(state.rear, time, count, learning)
         return EstimatorState(rear, state.front, state.optical, state.scale)
 
     def front_tooth(
         self, state: EstimatorState, time: float, count: float, learning: bool = True
     ) -> EstimatorState:
-        """Take in a tooth of the front wheel; the scale is learnt while the optical one speaks."""
+        """Add a tooth of the front wheel; the scale is learnt while the optical sensor reports."""
         front = self._tooth(state.front, time, count, learning)
         scale = (
             self._scale(state, front) if time - state.optical.time <= self.silence else state.scale
@@ -123,8 +123,8 @@ class SlipEstimator:
         if not own > SLOWEST:
             return state.scale
         share = min(front.interval / self.memory, 1.0)
-        seen = min(max(state.optical.speed / own, 1.0 - self.limit), 1.0 + self.limit)
-        return state.scale + share * (seen - state.scale)
+        measured = min(max(state.optical.speed / own, 1.0 - self.limit), 1.0 + self.limit)
+        return state.scale + share * (measured - state.scale)
 
     def _speed(self, state: EstimatorState, now: float) -> tuple[float, str]:
         if now - state.optical.time <= self.silence:

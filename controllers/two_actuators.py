@@ -28,7 +28,7 @@ from slipbench.controllers.limits import Range
 from slipbench.controllers.linear import Floats, Linear
 
 Line = tuple[float, ...]
-"""What is on its way, newest first."""
+"""Delayed values, newest first."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -103,18 +103,18 @@ class TwoActuators:
             (*state.relieved[:1], *state.relieved),
         )
         if math.isfinite(measurement):
-            wanted = reference - level
+            error = reference - level
             d = measurement - level - float(slow.model.C @ g_t) - float(fast.model.C @ g_s)
-            asked = float(slow.inverse.C @ target) + slow.inverse.D * wanted
-            answered = float(slow.inverse.C @ q_t) - slow.inverse.D * d
-            throttle = slow.limits.towards(rest_t + asked + answered, throttle, slow.period)
-            relieved = ((throttle - rest_t - asked) / self.exchange, *state.relieved)
+            feedforward = float(slow.inverse.C @ target) + slow.inverse.D * error
+            feedback = float(slow.inverse.C @ q_t) - slow.inverse.D * d
+            throttle = slow.limits.towards(rest_t + feedforward + feedback, throttle, slow.period)
+            relieved = ((throttle - rest_t - feedforward) / self.exchange, *state.relieved)
             alone = float(fast.inverse.C @ q_s) - fast.inverse.D * d
             done = float(later.C @ state.later) + later.D * relieved[-1]
             spark = fast.limits.towards(rest_s + self._worth(alone - done), spark, slow.period)
-            push = rest_t + slow.inverse.gain * (wanted - d) - throttle
-            go_on = _settled if slow.limits.withstands(push, throttle) else _after
-            target, q_t = go_on(slow.inverse, target, wanted), go_on(slow.inverse, q_t, -d)
+            excess = rest_t + slow.inverse.gain * (error - d) - throttle
+            go_on = _settled if slow.limits.withstands(excess, throttle) else _after
+            target, q_t = go_on(slow.inverse, target, error), go_on(slow.inverse, q_t, -d)
             q_s = _after(fast.inverse, q_s, -d)
         throttles, sparks = (throttle - rest_t, *state.throttles), (spark - rest_s, *state.sparks)
         return TwoState(
@@ -144,11 +144,11 @@ def _after(system: Linear, x: Floats, u: float) -> Floats:
 
 
 def _settled(system: Linear, _: Floats, u: float) -> Floats:
-    """Forget the course so far, as `InternalModel` does at a limit."""
+    """Forget the past, as `InternalModel` does at a limit."""
     return system.rest(u)
 
 
 def reach(spark: Range, throttle: Range, exchange: float) -> Range:
-    """What spark and throttle give together, in spark, rad."""
+    """Range of spark and throttle together, in spark, rad."""
     ends = [throttle.low / exchange, throttle.high / exchange]
     return Range(spark.low + min(ends), spark.high + max(ends), spark.rate)

@@ -1,4 +1,4 @@
-"""What happens to a quantity between the motorcycle and the wire: clock, period, latency, quantum.
+"""Sampling of a quantity between the motorcycle and the wire: clock, period, latency, quantum.
 
 The plant only keeps these figures and samples with them; noise is added by whoever owns the seed.
 """
@@ -70,7 +70,7 @@ DEFAULT_CHANNELS: Mapping[str, ChannelTiming] = MappingProxyType(
         "temperatures": replace(_STATED, period=1.0, quantum=1.0),
     }
 )
-"""What holds for a channel that a vehicle file does not mention."""
+"""Timing of a channel that a vehicle file does not mention."""
 
 
 def sample(
@@ -86,8 +86,8 @@ def sample(
     first = np.ceil((time[0] - start) / timing.period - 1e-9)
     last = np.floor((time[-1] - start) / timing.period + 1e-9)
     at = start + timing.period * np.arange(first, last + 1)
-    seen = np.interp(at, time, values)
-    return at, quantised(seen, timing.quantum)
+    interpolated = np.interp(at, time, values)
+    return at, quantised(interpolated, timing.quantum)
 
 
 def quantised(values: Floats, quantum: float) -> Floats:
@@ -102,7 +102,7 @@ def mean_quantised(
 
     E[round(x)] = x + sum (-1)^k q / (pi k) exp(-2 (pi k s / q)^2) sin(2 pi k x / q): Widrow and
     Kollar, Quantization Noise (2008), chapter 4. least: share of a quantum that noise is taken as
-    at least, since nobody knows the values themselves better.
+    at least, since the values themselves are not known better.
     """
     if quantum <= 0.0:
         return values

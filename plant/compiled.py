@@ -131,12 +131,12 @@ def signature(result: Told, *arguments: Told) -> Any:
     return _type(result)(*map(_type, arguments))
 
 
-def _type(told: Told) -> Any:
-    if isinstance(told, str):
-        return NUMBERS[told]
-    if isinstance(told, np.dtype):
-        return numba.from_dtype(told)
-    return numba.types.Array(numba.from_dtype(told[0]), 1, "C")
+def _type(type_spec: Told) -> Any:
+    if isinstance(type_spec, str):
+        return NUMBERS[type_spec]
+    if isinstance(type_spec, np.dtype):
+        return numba.from_dtype(type_spec)
+    return numba.types.Array(numba.from_dtype(type_spec[0]), 1, "C")
 
 
 def load(text: str) -> ModuleType:

@@ -33,7 +33,7 @@ class Misplaces(Protocol):
     encoder: str
 
     def tooth_offsets(self, teeth: int) -> Floats:
-        """How much later than even every tooth passes [rad], shape (teeth,)."""
+        """Delay of every tooth against even spacing [rad], shape (teeth,)."""
         ...
 
 
@@ -110,7 +110,7 @@ def _compiled() -> ModuleType:
 
 
 def tooth_angle(number: int, angles: Floats) -> float:
-    """Where the tooth with this running number stands [rad]."""
+    """Angle of the tooth with this running number [rad]."""
     turn = math.floor(number / len(angles))
     return float(angles[number - turn * len(angles)] + 2.0 * math.pi * turn)
 

@@ -92,7 +92,7 @@ def _effect_states(simulation: Simulation) -> tuple[dict[str, float], dict[str, 
 
 
 def _inside(opening: float) -> float:
-    """How far an opening lies inside 0 to 1; negative outside."""
+    """Distance of an opening from the ends of 0 to 1; negative outside."""
     return min(opening, 1.0 - opening)
 
 

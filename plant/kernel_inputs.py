@@ -28,7 +28,7 @@ def held_slopes(ring: Floats, count: int, delay_steps: float) -> tuple[float, fl
 def load_inputs(w: Floats, n: int, driven: Integers, courses: Floats, r: int, has: Flags) -> None:
     """Rows of the inputs that have tangents.
 
-    w: all rows, shape (ROWS,); n: columns. courses: shape (driven, rows, n).
+    w: all rows, shape (ROWS,); n: columns. courses: their tangents, shape (driven, rows, n).
     """
     for d in range(len(driven)):
         has[driven[d]] = True

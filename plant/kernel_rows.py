@@ -62,7 +62,7 @@ def keep(past: Floats, n: int, place: int, w: Floats, row: int) -> None:
 
 
 def show(to: Floats, row: Floats) -> None:
-    """Write a row where it is to be seen.
+    """Copy a row of tangents.
 
     to, row: shape (n,).
     """

@@ -85,7 +85,7 @@ def advance_tangents(
     """Fill the outputs, as `kernel.advance` does, and their tangents; BAD_GEAR for no such gear.
 
     starts: tangents of the state, shape (states, n), n at most COLUMNS; driven: inputs that have
-    tangents, shape (d,), and these in courses, shape (d, rows, n); columns, gear_columns,
+    tangents, shape (d,); courses: these tangents, shape (d, rows, n); columns, gear_columns,
     delay_columns: of each parameter, gear ratio and delay, or UNUSED; live: states that have
     tangents; wanted: equations whose tangents the rates, the outputs and either of them need, shape
     (3, equations); rows: offset of every shown output's tangents, or -1; slopes: shape

@@ -1,4 +1,4 @@
-"""Where every parameter and state stands in the kernel's arrays, for one set of effects."""
+"""Index of every parameter and state in the kernel's arrays, for one set of effects."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

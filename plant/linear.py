@@ -49,14 +49,14 @@ def linearise(
     u = simulation.row(gear, throttle)
     kept = _kept(simulation)
     columns = [Inputs.names.index(name) for name in inputs]
-    seen = [Outputs.names.index(name) for name in outputs]
+    rows = [Outputs.names.index(name) for name in outputs]
     fx, yx = _jacobian(lambda z: _evaluated(simulation, z, u), x, kept)
     fu, yu = _jacobian(lambda z: _evaluated(simulation, x, z), u, columns)
     system = control.ss(
         fx[kept],
         fu[kept],
-        yx[seen],
-        yu[seen],
+        yx[rows],
+        yu[rows],
         states=[simulation.layout.states[i] for i in kept],
         inputs=list(inputs),
         outputs=list(outputs),

@@ -10,7 +10,7 @@ from slipbench.plant.errors import ParameterError, nearest
 
 @dataclass(frozen=True)
 class Parameter:
-    """What is known of a parameter before anyone gives it a value. All figures are SI."""
+    """Description of a parameter, without its value. All figures are SI."""
 
     name: str
     unit: str

@@ -108,8 +108,8 @@ def measure_channel(
     start + k period. Raises ValueError for a channel of events, such as teeth.
     """
     effects = tuple(effects)
-    _, seen = measure(sensor_effects(effects, channel, "signal"), (), time, value)
-    at, frames = sample(time, seen, timing, start)
+    _, measured = measure(sensor_effects(effects, channel, "signal"), (), time, value)
+    at, frames = sample(time, measured, timing, start)
     _, reading = measure(sensor_effects(effects, channel, "frame"), (), at, frames)
     offset, drift = clock_of(effects, timing)
     return at + offset + drift * at, reading

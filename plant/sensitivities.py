@@ -90,9 +90,9 @@ def _run(
     )
     every = (*Outputs.names, *simulation.layout.effect_states)
     where = [columns.get(name, UNUSED) for name in simulation.layout.parameters]
-    courses = np.empty((len(driven), len(inputs.table), slopes.shape[2]))
-    for course, given in zip(courses, driven.values(), strict=True):
-        course[:] = given
+    input_tangents = np.empty((len(driven), len(inputs.table), slopes.shape[2]))
+    for target, given in zip(input_tangents, driven.values(), strict=True):
+        target[:] = given
     done = _kernel(effects, servo).advance_tangents(
         state,
         inputs.table,
@@ -107,7 +107,7 @@ def _run(
         values.T,
         starts,
         np.array([Inputs.names.index(n) for n in driven], np.int64),
-        courses,
+        input_tangents,
         np.array(where, np.int64),
         np.array(gears, np.int64),
         np.array([columns.get(n, UNUSED) for n in DELAYS], np.int64),

@@ -1,4 +1,4 @@
-"""What goes into a simulation and what comes out: tables with named columns, in SI."""
+"""Inputs and outputs of a simulation: tables with named columns, in SI."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Self, overload
@@ -37,7 +37,7 @@ MEASURED = "prescribed value of this state at the end of the row; linear before;
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """What acts on the motorcycle, one row per command period, held until the next row.
+    """Inputs of the motorcycle, one row per command period, held until the next row.
 
     The measured_... columns cut the chain of cause: a state that was recorded can be imposed, so
     that the rest of the motorcycle is driven by the recording instead of by the model.
@@ -97,7 +97,7 @@ INPUT_REST = np.array([vars(Inputs)[name].rest for name in Inputs.names])
 
 @dataclass(frozen=True, eq=False)
 class Outputs:
-    """What the motorcycle did, one row per sample, at the end of every `every`-th step.
+    """Outputs of the motorcycle, one row per sample, at the end of every `every`-th step.
 
     effect_states: columns that effects add, as '<effect>.<state>', read with `out["..."]`.
     """

@@ -31,7 +31,7 @@ def reach(
     led: Iterable[str],
     shown: Iterable[str],
 ) -> Reach:
-    """Find what a run needs.
+    """Find the states, equations and outputs whose tangents a run needs.
 
     present: names of the effects; columns: what has tangents of its own; led: states that are
     prescribed from beginning to end; shown: names of outputs.
@@ -57,7 +57,7 @@ def reach(
 
 
 def _graph(rows: Rows, present: frozenset[str]) -> list[tuple[set[Source], set[Source]]]:
-    """What every equation takes and gives, with the effects that are present."""
+    """Inputs and outputs of every equation, with the effects that are present."""
     rates = list(RATES.values())
     graph = []
     for node in rows.nodes:

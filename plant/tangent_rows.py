@@ -1,4 +1,4 @@
-"""Where the tangents of every quantity stand, and what each equation takes and gives."""
+"""Rows of the tangents of every quantity, and inputs and outputs of each equation."""
 
 import inspect
 from collections.abc import Callable
@@ -137,11 +137,11 @@ class Rows:
         return self._blocks["INPUT_ROW"] + number * WIDTH
 
     def output(self, name: str) -> Source | None:
-        """What an output is; None where it has no tangents."""
+        """Source of an output; None where it has no tangents."""
         return None if name == "time" else self.source(RENAMED_OUTPUTS.get(name, name), None)
 
     def sources(self, call: Call) -> dict[str, list[Source | None]]:
-        """What each argument of a call is, several for one that is a tuple; None: no tangent."""
+        """Source of each argument of a call, several for one that is a tuple; None: no tangent."""
         tuples = call.effect.tuples if call.effect else {}
         return {
             name: [self.source(each, call.effect) for each in tuples.get(name, (name,))]
@@ -149,7 +149,7 @@ class Rows:
         }
 
     def source(self, name: str, effect: EffectClass | None) -> Source | None:
-        """What a name means, an effect's own parameters and states first."""
+        """Source of a name, an effect's own parameters and states first."""
         own = f"{effect.name}.{name}" if effect else name
         for key in (own, name):
             if key in self.order.parameters:

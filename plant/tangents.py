@@ -2,7 +2,7 @@
 
 Each equation, and each effect at its seam, gives to the row of its result: the partial derivative
 to every argument times that argument's row. A parameter's own row is one at its column and zero
-elsewhere, so that it costs one addition.
+in the others, so that it costs one addition.
 """
 
 import ast

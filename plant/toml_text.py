@@ -14,20 +14,20 @@ Linear = Callable[[str, str], tuple[float, float]]
 """(unit, to) -> slope and offset with value_in_to = slope * value_in_unit + offset."""
 
 
-def edited(text: str, wanted: Mapping[str, Any], linear: Linear) -> str:
-    """Return a TOML text that holds what is wanted.
+def edited(text: str, changes: Mapping[str, Any], linear: Linear) -> str:
+    """Return a TOML text with changes.
 
-    wanted: tree of what changes; a quantity is `{value, unit, plus_minus}` and is written in the
+    changes: tree of what changes; a quantity is `{value, unit, plus_minus}` and is written in the
     unit that the text has for it. A list of trees holds tables: a table of the text with the same
     words is changed, else a new one is appended. Other lists are values.
     """
     document = tomlkit.parse(text)
-    _merge(document, wanted, linear)
+    _merge(document, changes, linear)
     return tomlkit.dumps(document)
 
 
-def _merge(into: Any, wanted: Mapping[str, Any], linear: Linear) -> None:
-    for key, value in wanted.items():
+def _merge(into: Any, changes: Mapping[str, Any], linear: Linear) -> None:
+    for key, value in changes.items():
         if isinstance(value, list) and all(isinstance(v, Mapping) for v in value):
             _merge_tables(into, key, value, linear)
         elif key not in into:
@@ -40,12 +40,12 @@ def _merge(into: Any, wanted: Mapping[str, Any], linear: Linear) -> None:
             into[key] = value
 
 
-def _merge_tables(into: Any, key: str, wanted: list[Any], linear: Linear) -> None:
-    if wanted and key not in into:
+def _merge_tables(into: Any, key: str, changes: list[Any], linear: Linear) -> None:
+    if changes and key not in into:
         if isinstance(into, tomlkit.TOMLDocument) and not into.as_string().endswith("\n\n"):
             into.add(tomlkit.nl())
         into.append(key, tomlkit.aot())
-    for table in wanted:
+    for table in changes:
         words = {k: v for k, v in table.items() if isinstance(v, str)}
         same = [t for t in into[key] if all(t.get(k, v) == v for k, v in words.items())]
         if same:
@@ -59,11 +59,11 @@ def is_quantity(value: Any) -> bool:
     return isinstance(value, Mapping) and "value" in value
 
 
-def _set_quantity(into: Any, wanted: Mapping[str, Any], linear: Linear) -> None:
-    slope, offset = linear(into.get("unit", "1"), wanted["unit"])
-    _set(into, "value", (wanted["value"] - offset) / slope, DIGITS)
-    if wanted.get("plus_minus") is not None:
-        _set(into, "plus_minus", wanted["plus_minus"] / slope, DIGITS_OF_HALF_WIDTH)
+def _set_quantity(into: Any, changes: Mapping[str, Any], linear: Linear) -> None:
+    slope, offset = linear(into.get("unit", "1"), changes["unit"])
+    _set(into, "value", (changes["value"] - offset) / slope, DIGITS)
+    if changes.get("plus_minus") is not None:
+        _set(into, "plus_minus", changes["plus_minus"] / slope, DIGITS_OF_HALF_WIDTH)
 
 
 def _set(into: Any, key: str, value: float, digits: int) -> None:

@@ -1,9 +1,9 @@
 """Update times: when a device updated the value that its frames carry, as a recording shows it.
 
-A frame that repeats the one before it, while what is measured moves, was not renewed. Such frames
-come by chance (stale frames) or in a rhythm (a device that sends more often than it measures). A
-frame with another value was certainly updated, so that the rhythm shows in these alone,
-also where nothing moves for a while: all of them are in phase with one frequency.
+A frame that repeats the one before it, while the measured value moves, was not updated. Such frames
+occur at random (stale frames) or periodically (a device that sends more often than it measures). A
+frame with another value was certainly updated, so the period is identified from these alone, also
+where nothing moves for a while: all of them are in phase with one frequency.
 """
 
 from dataclasses import dataclass
@@ -13,22 +13,22 @@ import numpy as np
 from slipbench.plant.signals import Floats
 
 FEWEST = 0.01
-"""Share of repeated frames that chance and noise bring about."""
+"""Share of repeated frames that occurs by chance and noise."""
 FEW = 20
-"""Updates from which a rhythm can be identified."""
+"""Updates from which a period can be identified."""
 NEXT = 0.02
-"""Share of renewals in neighbouring frames that a hold of two frames and more may have, or two."""
+"""Share of updates in neighbouring frames that a hold of two frames and more may have, or two."""
 KEPT = 0.7
-"""Share of a perfect rhythm's coherence from which it is one."""
+"""Share of the coherence of exactly periodic updates from which updates count as periodic."""
 CHANCE = 15.0
-"""Renewals times squared coherence: by chance more than that comes once in exp(15) times."""
+"""Updates times squared coherence; random updates exceed it once in exp(15) times."""
 
 
 @dataclass(frozen=True)
 class Renewals:
-    """late: sent value less what there is, where a frame was not renewed, (k,).
+    """late: sent value less the true one, where a frame was not updated, (k,).
 
-    share: of the frames that were not renewed while the value moved.
+    share: of the frames that were not updated while the value moved.
     """
 
     late: Floats
@@ -36,11 +36,11 @@ class Renewals:
 
 
 def renewals(value: Floats, again: Floats, step: float) -> Renewals | None:
-    """Which frames were not renewed; None where so few are that it may be chance.
+    """Frames that were not updated; None where so few are that it may be chance.
 
-    value: what there is at the frames, (k,); again: 1 where a frame repeats the one before it;
-    step: less than this is no movement. What moves slowly moves from frame to frame by less, and
-    counts by how far it has come since the last renewal.
+    value: true value at the frames, (k,); again: 1 where a frame repeats the one before it;
+    step: a smaller change is no movement. A slow signal changes by less from frame to frame; its
+    change since the last update counts.
     """
     repeated = again > 0.5
     last = np.maximum.accumulate(np.where(repeated, 0, np.arange(value.size)))
@@ -53,7 +53,7 @@ def renewals(value: Floats, again: Floats, step: float) -> Renewals | None:
 
 
 def rhythm(again: Floats) -> float:
-    """Frames from one renewal to the next, 0 where they come by chance or always.
+    """Frames from one update to the next, 0 where updates are random or in every frame.
 
     again: 1 where a frame repeats the one before it, (k,).
     """
@@ -65,15 +65,15 @@ def rhythm(again: Floats) -> float:
     if not _less_than_two(apart):
         shortest = float(np.quantile(apart, 0.05))
         return _strongest(fresh, 1.0 / (shortest + 1.0), 1.02 / shortest)
-    # Less than two frames are seen as the line that is left of them at one less their frequency.
+    # Less than two frames appear as their remaining line at one less their frequency (aliasing).
     return _strongest(fresh, 0.1, 0.5, mirrored=True)
 
 
 def _less_than_two(apart: np.ndarray) -> bool:
-    """Whether a rhythm renews before two frames are over, from frames between renewals.
+    """Whether the update period is below two frames, from frames between updates.
 
-    A little less than two leaves a few neighbours and a little more a few gaps of three; both are
-    the same line.
+    A period just below two gives a few updates in neighbouring frames, one just above two a few
+    gaps of three; both have the same line.
     """
     one, three = (int(np.sum(apart == n)) for n in (1, 3))
     about_two = np.median(apart) == 2 and one > three
@@ -83,7 +83,7 @@ def _less_than_two(apart: np.ndarray) -> bool:
 def _strongest(fresh: np.ndarray, low: float, high: float, mirrored: bool = False) -> float:
     """The hold of the strongest line between two frequencies per frame, 0 where it is weak.
 
-    In a rhythm a renewal is late by up to a frame, which leaves sinc(1 / hold) of its line.
+    A periodic update is late by up to a frame, which attenuates its line to sinc(1 / hold).
     """
     frequency, lines = _lines(fresh)
     inside = (frequency >= low) & (frequency <= high)
@@ -95,7 +95,7 @@ def _strongest(fresh: np.ndarray, low: float, high: float, mirrored: bool = Fals
 
 
 def _lines(fresh: np.ndarray) -> tuple[Floats, Floats]:
-    """Coherence of the renewals with every frequency per frame, 1 where all are in phase."""
+    """Coherence of the updates with every frequency per frame, 1 where all are in phase."""
     length = 8 * fresh.size
     power = np.abs(np.fft.rfft(fresh.astype(float), length)) / np.sum(fresh)
     return np.asarray(np.fft.rfftfreq(length), np.float64), np.asarray(power)

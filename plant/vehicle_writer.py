@@ -31,7 +31,7 @@ def _linear(unit: str, to: str) -> tuple[float, float]:
 
 
 def _changes(before: dict[str, Any], after: dict[str, Any]) -> dict[str, Any]:
-    """What a tree has anew or otherwise than before; quantities and tables of lists as a whole."""
+    """Entries of a tree that are new or changed; quantities and tables of lists completely."""
     found: dict[str, Any] = {}
     for key, value in after.items():
         old = before.get(key)

@@ -1,4 +1,4 @@
-"""What a straight and a margin leave for a trial: before the button, for the excitation, for the brakes."""
+"""Time and distance of a trial on a straight: approach, excitation, braking."""
 
 import math
 

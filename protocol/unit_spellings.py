@@ -57,5 +57,5 @@ INERTIA = re.compile(r"(?<![A-Za-z])kgm(?=(\^|\*\*)?2|²)")
 
 def spelled(unit: str) -> str:
     """Unit as pint knows it; unchanged where its spelling is not listed here."""
-    whole = EXACT.get(unit) or ANY_CASE.get(unit.casefold())
-    return whole or BARE_POWER.sub(r"\1^\2", INERTIA.sub("kg m", unit))
+    listed = EXACT.get(unit) or ANY_CASE.get(unit.casefold())
+    return listed or BARE_POWER.sub(r"\1^\2", INERTIA.sub("kg m", unit))

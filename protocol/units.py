@@ -27,7 +27,7 @@ BASE_UNITS = {
     "[substance]": {"mol": 1},
     "[luminosity]": {"cd": 1},
 }
-"""Volts in the place of amperes: sensors tell volts."""
+"""Volts in the place of amperes: sensors report volts."""
 
 
 # pint calculates what it is given: "9**9**9 m" would keep it for hours and fill the memory.
@@ -130,9 +130,9 @@ def to_base(unit: str) -> tuple[float, float, str]:
 
 
 def _check_plain(unit: str) -> None:
-    """Refuse what is not a product of units with powers of one digit."""
-    rest = _POWER.sub("", unit)
-    if not _PLAIN.fullmatch(unit) or "^" in rest or "**" in rest:
+    """Reject a text that is not a product of units with powers of one digit."""
+    remainder = _POWER.sub("", unit)
+    if not _PLAIN.fullmatch(unit) or "^" in remainder or "**" in remainder:
         raise ValueError(f"{unit[:60]!r} is no unit")
 
 

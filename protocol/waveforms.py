@@ -1,6 +1,6 @@
 """Waveforms of a trial, of unit amplitude, as pure functions of time.
 
-The bench plays them; an analysis knows from them, and the trial's file, what was asked for.
+The bench plays them; an analysis obtains the requested command from them and the trial's file.
 """
 
 from collections.abc import Callable
@@ -74,8 +74,8 @@ def odd_multisine(
     random = np.random.default_rng(seed)
     phases = random.uniform(0, 2 * np.pi, harmonics.size)
     if detection:
-        whole = np.arange(0, harmonics.size - GROUP + 1, GROUP)
-        free = whole + random.integers(0, GROUP, whole.size)
+        starts = np.arange(0, harmonics.size - GROUP + 1, GROUP)
+        free = starts + random.integers(0, GROUP, starts.size)
         harmonics, phases = np.delete(harmonics, free), np.delete(phases, free)
 
     def wave(at: FloatArray) -> FloatArray:

@@ -60,8 +60,8 @@ def unacknowledged(
     cycle = lasts + round(SUSPENDED * rates.bit)
     skipped = max(0, (until - begin) // cycle - 1)
     begin += skipped * cycle
-    again = _failing(rates, begin, after, frame, (sender,), Cause.UNACKNOWLEDGED)
-    return again, skipped * lasts
+    last = _failing(rates, begin, after, frame, (sender,), Cause.UNACKNOWLEDGED)
+    return last, skipped * lasts
 
 
 def collision(rates: BitRates, begin: int, winners: Sequence[tuple[Frame, Node]]) -> Attempt:

@@ -35,8 +35,8 @@ class Frame(NamedTuple):
         """
         remote = self.requested is not None
         if self.extended:
-            base, rest = self.identifier >> 18, self.identifier & 0x3FFFF
-            return base << 21 | 0b11 << 19 | rest << 1 | remote
+            base, extension = self.identifier >> 18, self.identifier & 0x3FFFF
+            return base << 21 | 0b11 << 19 | extension << 1 | remote
         return self.identifier << 21 | remote << 20
 
     @property

@@ -79,7 +79,7 @@ class SilenceResult:
 
     @property
     def is_coarse(self) -> bool:
-        """Whether the statuses are too rare to tell the time."""
+        """Whether the statuses are too rare to measure the time."""
         return self.hand_back is not None and self.hand_back - self.still > self.expected
 
     def __str__(self) -> str:
@@ -271,7 +271,7 @@ class SilenceProof:
                     self._take(frame, number)
 
     def _take(self, frame: "can.Message", bus: int) -> None:
-        """Take in a frame. bus: its number."""
+        """Process a frame. bus: its number."""
         plan = self._codec.plan(frame.arbitration_id, frame.is_extended_id, bus)
         if plan is None:
             return
@@ -298,7 +298,7 @@ class SilenceProof:
         return found if isinstance(found, FrameFault) else [message for _, message, _ in found]
 
     def _observe(self, message: BenchMessage, stamp: float) -> None:
-        """Take in a message. stamp: s, of its frame; the clock's where own frames do not come back."""
+        """Process a message. stamp: s, of its frame; of the clock where own frames are not echoed."""
         observed = self._observed
         now = self._now() if observed.sent is None else stamp
         match message:

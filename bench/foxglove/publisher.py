@@ -45,8 +45,8 @@ class Publisher:
         """Publish what is new, in order of time."""
         if self._recorded is None:
             return
-        wanted = self._server.wanted()
-        messages = [*self._frames(portion, wanted)]
+        topics = self._server.wanted()
+        messages = [*self._frames(portion, topics)]
         messages += quantities(portion, self._recorded.plan.trial)
         messages.sort(key=lambda message: message[0])
         if not messages:
@@ -59,12 +59,12 @@ class Publisher:
         self.time = max(self.time, messages[-1][0])
         self._server.set_time(self.time)
 
-    def _frames(self, portion: Portion, wanted: set[str]) -> Iterator[Message]:
-        """Decoded frames at or after the begin of a portion, of the topics that are wanted."""
+    def _frames(self, portion: Portion, topics: set[str]) -> Iterator[Message]:
+        """Decoded frames at or after the begin of a portion, of the subscribed topics."""
         if portion.log is None or self._recorded is None:
             return
         log = _since(portion.log, portion.begin)
-        names = {topic.rpartition("/")[2] for topic in wanted}
+        names = {topic.rpartition("/")[2] for topic in topics}
         found, _ = json_messages(sort_log(log, self._recorded.binding.database), names)
         columns = (log.time_ns.tolist(), log.bus.tolist(), found)
         for time, bus, decoded in zip(*columns, strict=True):

@@ -181,7 +181,7 @@ class Server:
         return bool(request.playback_command == self._parts.PlaybackCommand.Play)
 
     def playback_state(self, state: ReplayState, request: str | None = None) -> Any:
-        """State of the replay as the library has it. request: identifier of what it answers."""
+        """State of the replay as the library has it. request: the request's identifier."""
         status = getattr(self._parts.PlaybackStatus, state.status)
         return self._parts.PlaybackState(status, state.time_ns, state.speed, state.seek, request)
 

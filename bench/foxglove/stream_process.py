@@ -16,7 +16,7 @@ from slipbench.bench.view.live_run import LiveView
 from slipbench.bench.view.side_process import begin_beside, side_process
 from slipbench.protocol.errors import InputError
 
-CATCHING_UP = 20.0  # s after the end of a trial in which a stream that lags sends the rest
+CATCHING_UP = 20.0  # s after the end of a trial in which a stream that lags sends the remainder
 LAST_MESSAGES = 1.0  # s, so that clients get what was sent last
 
 
@@ -63,15 +63,15 @@ def serve(order: StreamOrder, pipe: Connection) -> None:
 
 
 def _finish(stream: LiveStream, server: Server, clock: Clock) -> None:
-    """Send the rest of the recording while a client waits for it."""
+    """Send the remainder of the recording while a client waits for it."""
     pause, until = threading.Event(), clock.now_ns() + round(CATCHING_UP * SECOND)
 
-    def wanted() -> bool:
+    def has_clients() -> bool:
         return server.subscribed or stream.waits_for_clients
 
     def ends(seconds: float) -> bool:
         pause.wait(seconds)
-        return stream.complete or not wanted() or clock.now_ns() > until
+        return stream.complete or not has_clients() or clock.now_ns() > until
 
     run_stream(stream.step, server.warn, clock, ends)
     if server.subscribed:

@@ -107,8 +107,8 @@ class ReplayStream:
             self._watched = False
         elif not self._watched and now - self._changed >= SETTLING:
             self._watched = True
-            again = {"seek": 0.0} if self._run.ended else {}
-            self._server.report(self._control({"play": self._resume, **again}))
+            restart = {"seek": 0.0} if self._run.ended else {}
+            self._server.report(self._control({"play": self._resume, **restart}))
 
     def _control(self, wish: dict[str, Any]) -> ReplayState:
         """Control the replay. Returns its state."""
@@ -127,16 +127,16 @@ class ReplayStream:
 def run_stream(
     step: Callable[[], None], warn: Callable[[str], None], clock: Clock, ends: Wait
 ) -> None:
-    """Take a step every `PERIOD` until `ends` says so; a step that was held up is not made up for.
+    """Take a step every `PERIOD` until `ends` returns True; a delayed step is not made up for.
 
-    ends  waits for a time (s), and says whether to end
+    ends  waits for a time (s), and returns whether to end
     warn  receives what cannot be read; the trial and its recording do not depend on it
     """
-    due, said = clock.now_ns(), ""
+    due, warned = clock.now_ns(), ""
     while not ends(max(0.0, (due - clock.now_ns()) / SECOND)):
         try:
             step()
         except Exception as fault:
-            if said != (said := f"the stream cannot read: {fault}"):
-                warn(said)
+            if warned != (warned := f"the stream cannot read: {fault}"):
+                warn(warned)
         due = max(due + round(PERIOD * SECOND), clock.now_ns())

@@ -45,4 +45,4 @@ class ControllerState:
             self._has_state = False
             return False
         except can.CanError:
-            return True  # the bus itself is gone
+            return True  # the interface is no longer usable

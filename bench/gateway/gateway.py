@@ -62,7 +62,7 @@ class PhaseChange:
 
 
 class Gateway:
-    """State of the trial between ticks; every decision is a pure function elsewhere."""
+    """State of the trial between ticks; the decisions are pure functions of other modules."""
 
     def __init__(
         self,
@@ -106,7 +106,7 @@ class Gateway:
         """Run one tick, due at `due` (ns); False once the trial has ended and its status was sent.
 
         An exception in it ends the trial in the same tick: authority is released, the reason is
-        kept, and what comes on the bus is recorded until the end.
+        kept, and the frames on the bus are recorded until the end.
         """
         if not self._fail_safe.active:
             try:
@@ -265,7 +265,7 @@ class Gateway:
     def _bus_off(self) -> bool:
         """Whether one of the buses is off, or was since the last call."""
         off = False
-        for bus in self._buses:  # each is asked: it answers once
+        for bus in self._buses:  # call off() of every bus: the call resets its latch
             off = bus.off() or off
         return off
 

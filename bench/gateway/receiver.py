@@ -43,7 +43,7 @@ Received = tuple[str, BenchMessage | FrameFault, float]
 
 
 class Receiver:
-    """What was received on the buses of a binding."""
+    """Received messages of the buses of a binding."""
 
     def __init__(
         self, binding: Binding, codec: Codec, wheels: Wheels, stale: float, gear: int
@@ -133,7 +133,7 @@ class Receiver:
         return counter == last
 
     def requested(self, command: ActuatorCommand, now: float) -> None:
-        """Take in the request that was sent at `now` (s), where its echo is assumed."""
+        """Store the request that was sent at `now` (s), where its echo is assumed."""
         if self._replaces:
             self._requests.append((now, command))
 

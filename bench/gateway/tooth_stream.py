@@ -34,7 +34,7 @@ class ToothStream:
         if self._count is None:
             self._count = message.tooth_count - reported
         lost = (message.tooth_count - reported - self._count) % self._modulo
-        if lost:  # how long they took is not known: this frame's delay is the least again
+        if lost:  # their duration is unknown: restart the minimum of the delay
             self._late = math.inf
         elapsed, first = self._elapsed, self._count + lost
         teeth = []

@@ -9,7 +9,7 @@ from collections import deque
 
 Key = tuple[int, bool]  # identifier, and whether it is a 29-bit one
 PATIENCE = 50  # frames sent without an echo: this interface does not echo
-WAITING = 2000  # frames; a bus that stalls for two seconds still gives back what was sent
+WAITING = 2000  # frames; a bus that stalls for two seconds still returns the sent frames
 
 
 class TxEcho:

@@ -1,6 +1,6 @@
 """Real-time process: real-time scheduling, locked memory, no garbage collection.
 
-Each right that the operating system refuses is reported. Linux only: elsewhere all are refused.
+Each right that the operating system refuses is reported. Linux only: other systems refuse all.
 """
 
 import ctypes
@@ -69,7 +69,7 @@ def signal_on_parent_exit(number: int) -> None:
     try:
         _system("prctl", DEATH_SIGNAL, number)
     except (OSError, AttributeError):
-        return  # elsewhere the watchdogs of the devices return authority
+        return  # on other systems the watchdogs of the devices return authority
 
 
 def _system(name: str, *arguments: int) -> None:

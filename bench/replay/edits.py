@@ -138,12 +138,12 @@ def _altered(log: FrameLog, message: Message, edit: Alter, rows: Rows, times: Ti
         value = value_in(message, signal, payload)
         if value is None:
             continue
-        wanted = edit.value(float(times[row]), value) if callable(edit.value) else edit.value
+        target = edit.value(float(times[row]), value) if callable(edit.value) else edit.value
         try:
-            payload = with_raw(signal, payload, raw_of(signal, wanted))
+            payload = with_raw(signal, payload, raw_of(signal, target))
         except (ValueError, OverflowError) as cause:
             raise InputError(
-                f"{edit.signal} cannot carry {wanted!r}",
+                f"{edit.signal} cannot carry {target!r}",
                 expected="a value that the signal can hold",
                 found=str(cause),
             ) from cause

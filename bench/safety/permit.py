@@ -20,7 +20,7 @@ DEGREE = 0.017453292519943295  # rad
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """Why authority goes back at once, for the record and in words for people."""
+    """Reason for the immediate return of authority, for the record and as text."""
 
     reason: TripReason
     detail: str
@@ -70,8 +70,8 @@ def permit(
 def _timing(command: ActuatorCommand, held: Held, silence: float) -> Trip | None:
     """Check the bench's own clock, on which every rate rests.
 
-    A bench that was stopped for longer than `silence` holds nothing any more, and the motorcycle
-    of before it is gone: it must not go on where it was.
+    After a stop of more than `silence` the bench holds no authority any more, and the state of the
+    motorcycle has changed: the bench must not continue from its last command.
     """
     elapsed = command.time - held.last.time
     if 0.0 < elapsed <= silence + CLOCK_RESOLUTION:
@@ -129,9 +129,9 @@ def _rider(vehicle: VehicleState, limits: Limits) -> Trip | None:
 def _grip(
     command: ActuatorCommand, held: Held, vehicle: VehicleState, limits: Limits
 ) -> Trip | None:
-    """Check a hand that moves while the bench holds the throttle: the rider wants something else.
+    """Check that the grip does not move while the bench holds the throttle: the rider intervenes.
 
-    It also bounds the step at the moment when authority goes back and the grip counts again.
+    It also bounds the throttle step when authority returns to the grip.
     """
     if not command.authority & Authority.THROTTLE:
         return None

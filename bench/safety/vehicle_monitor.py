@@ -73,7 +73,7 @@ class VehicleMonitor:
         self._counted_until = math.nan
 
     def observe(self, name: str, message: object, now: float) -> None:
-        """Take in a frame of message `name` that arrived whole and in sequence at `now` (s)."""
+        """Store a frame of message `name` that arrived intact and in sequence at `now` (s)."""
         if name in self._unreliable or self._repeats_stamp(name, message):
             self.fault(name)
             return

@@ -22,8 +22,8 @@ from slipbench.protocol.straight import MARGIN, WINDOW
 from slipbench.protocol.trial_file import RPM
 
 LOWER = 0.75  # from one amplitude to the next
-LEAST = 0.1  # of the question's amplitude: smaller ones drown in noise
-OF_OPENING = 0.35  # of the opening at the operating point: an engine answers linearly to no more
+LEAST = 0.1  # of the question's amplitude: the response to smaller ones is below the noise
+OF_OPENING = 0.35  # of the opening at the operating point: the engine response is linear up to it
 DEVIATION = 1.5  # limit on the command over the amplitude
 RATE = 1.5  # limit on its rate over the fastest change of the waveform
 CLOSED = 0.005  # opening below which the limit on the throttle lies

@@ -8,14 +8,14 @@ from typing import Any
 from slipbench.protocol.errors import InputError
 
 LOW, HIGH = 0.5, 12.0  # Hz: above the drift of the speed, and beyond the resonance of the driveline
-STEPS = 0.5  # Hz of the square wave: a second after each step shows what settles slowly
+STEPS = 0.5  # Hz of the square wave: one second after each step records slow responses
 PERIODS = 4  # of the multisine: one to settle, and three from whose scatter the noise follows
 DEGREE = math.pi / 180
 
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked, and the trial that answers it.
+    """A question, and the trial that answers it.
 
     text       for people
     actuator   that is excited

@@ -1,4 +1,4 @@
-"""What the rider has to do next, in one line, and why the bench is not armed yet."""
+"""Next action of the rider, in one line, and the reason why the bench is not armed yet."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -153,7 +153,7 @@ def _prepared(session: Session, run: PlannedRun) -> Prepared:
 
 
 def next_step(session: Session) -> Ride | TakeLook | None:
-    """What has to be done next; None where the plan is complete. It reads the folder only."""
+    """Next step of the session; None where the plan is complete. It reads the folder only."""
     for run in session.runs:
         done = session.attempts(run)
         unseen = next((each for each in done if not each.verdict), None)
@@ -239,9 +239,9 @@ def _ride(session: Session, step: Ride, connection: Connection, say: Say) -> Non
     """Record a run. Raises InputError where it came to no end that counts."""
     prepared = _prepared(session, step.run)
     path = attempt_path(session.folder, step.run.name, step.number)
-    again = f", attempt {step.number}" if step.number > 1 else ""
+    extra = f", attempt {step.number}" if step.number > 1 else ""
     say(
-        f"{step.run.trial} {step.run.repeat} of {step.run.of}{again}: {instruction(prepared.trial)}"
+        f"{step.run.trial} {step.run.repeat} of {step.run.of}{extra}: {instruction(prepared.trial)}"
     )
     with connected(prepared, connection) as ends:
         outcome = _recorded(prepared, path, ends, say)

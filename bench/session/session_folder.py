@@ -28,7 +28,7 @@ from slipbench.protocol.recording.run_folder import DESCRIPTION, FRAMES, ROLES, 
 QUICK_LOOK = "quick_look.json"
 INPUTS_OF_RUN = (TRIAL, VEHICLE, ROLES)
 ENDED = ("done", "tripped")
-# Trips that say nothing of the trial: the operator or the rider did not go on with it.
+# Trips that are no result of the trial: the operator or the rider did not continue it.
 NOT_BEGUN = ("stopped", "never_ready", "never_pressed")
 TAIL = 4096  # bytes; longer than any line
 SILENCE = 100_000_000  # ns before the end; a bus that falls silent trips a trial sooner

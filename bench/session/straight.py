@@ -11,7 +11,7 @@ from slipbench.protocol.quantity import read_quantity
 from slipbench.protocol.straight import AFTERWARDS, BEFORE, BRAKING, DRIFT, SHORTEST, WINDOW, room
 from slipbench.protocol.trial_file import RPM
 
-SLOWEST = 0.5  # of the speed of peak torque: below it a racing engine is ridden by nobody
+SLOWEST = 0.5  # of the speed of peak torque: racing engines are not ridden below it
 FEWEST_METRES, MOST_METRES = 50.0, 9000.0
 
 

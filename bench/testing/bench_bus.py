@@ -210,14 +210,14 @@ class BenchBus:
         Time stops right there on the simulated clock. within: s. Raises SignalTimeoutError otherwise.
         """
         __tracebackhide__ = True
-        wanted, begin = self.condition(text), self.now
+        requested, begin = self.condition(text), self.now
         found: list[float] = []
-        key = (wanted.of.message.identifier, bool(wanted.of.message.extended))
+        key = (requested.of.message.identifier, bool(requested.of.message.extended))
 
         def look(frame: TrafficFrame) -> None:
             if not found and (frame.identifier, bool(frame.flags & EXTENDED)) == key:
-                value = wanted.of.value(frame.data)
-                if value is not None and wanted.holds(value):
+                value = requested.of.value(frame.data)
+                if value is not None and requested.holds(value):
                     found.append(self.traffic.seconds(frame))
 
         self.watch(look)
@@ -227,19 +227,19 @@ class BenchBus:
         finally:
             self.unwatch(look)
         if not found:
-            raise SignalTimeoutError(self._why(wanted, begin))
+            raise SignalTimeoutError(self._why(requested, begin))
         return found[0]
 
-    def _why(self, wanted: Condition, begin: float) -> str:
-        times, values = self.traffic.trace(wanted.of, begin)
-        waited = f"{wanted.text} did not occur from {begin:.4f} s to {self.now:.4f} s"
+    def _why(self, requested: Condition, begin: float) -> str:
+        times, values = self.traffic.trace(requested.of, begin)
+        waited = f"{requested.text} did not occur from {begin:.4f} s to {self.now:.4f} s"
         if not times.size:
-            number = int((self.traffic.times(wanted.of.message) >= begin).sum())
-            name = wanted.of.message.name
+            number = int((self.traffic.times(requested.of.message) >= begin).sum())
+            name = requested.of.message.name
             if number:
                 return f"{waited}: none of {number} frames of {name} held a valid value"
             return f"{waited}: no frame of {name} arrived"
-        unit = f" {wanted.of.signal.unit}" if wanted.of.signal.unit else ""
+        unit = f" {requested.of.signal.unit}" if requested.of.signal.unit else ""
         return (
             f"{waited}: {times.size} frames, values {values.min():g} to {values.max():g}{unit},"
             f" last {values[-1]:g}{unit} at {times[-1]:.4f} s"

@@ -197,8 +197,8 @@ class LiveLine:
                 remedy="use another fault, or skip the test with @pytest.mark.skipif",
             )
         ours = {identifier for node in self._faulty for identifier in node.sent}
-        wanted = {identifier for fault in faults for identifier in fault.where.identifiers}
-        foreign = sorted((wanted & self._heard) - ours)
+        targeted = {identifier for fault in faults for identifier in fault.where.identifiers}
+        foreign = sorted((targeted & self._heard) - ours)
         if foreign:
             raise InputError(
                 "frames of a real device cannot be changed on a real bus",

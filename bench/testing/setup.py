@@ -1,4 +1,4 @@
-"""Everything that one test uses, made when its fixture is first asked for."""
+"""Everything that one test uses, made at the first use of its fixture."""
 
 import math
 import re
@@ -31,7 +31,7 @@ SIMULATED, REAL_TIME = "simulated", "real-time"
 
 @dataclass(frozen=True)
 class Choice:
-    """What the options say.
+    """Values of the options.
 
     address   None on the simulated clock
     bitrate   bit/s
@@ -166,7 +166,7 @@ class Setup:
         return {"xcp": text} if text else {}
 
     def lateness(self) -> Measurement | None:
-        """How late this process itself was at most; None on the simulated clock."""
+        """Maximum lateness of this process; None on the simulated clock."""
         if self._choice.address is None or "bus" not in self._used:
             return None
         late = self.bus.lateness * 1e3

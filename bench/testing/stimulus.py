@@ -35,7 +35,7 @@ RECENT = 0.2  # s, in which another node must not have sent a message that a tes
 
 
 class Actions:
-    """Faults and calls that begin when `at` says so; times are s or texts such as "30 ms"."""
+    """Faults and calls that begin when `at` calls them; times are s or texts such as "30 ms"."""
 
     def __init__(self, stimulus: "Stimulus", at: Callable[[Callable[[float], None]], None]) -> None:
         """Begin each action when `at` calls it, with the time of the bus (s)."""
@@ -103,7 +103,7 @@ class Actions:
 
 
 class Stimulus(Actions):
-    """What a test does to its bus. The actions of this object itself begin at once."""
+    """Actions of a test on its bus. The actions of this object itself begin at once."""
 
     def __init__(self, bus: BenchBus, seed: int = 0) -> None:
         """Act on `bus`. seed: of faults that occur by chance."""
@@ -196,26 +196,26 @@ class Stimulus(Actions):
 
         The bus may carry simulated, real or replayed frames. Raises InputError for another text.
         """
-        wanted = self.bus.condition(text)
+        condition = self.bus.condition(text)
         actions: list[Callable[[float], None]] = []
         last: list[float] = []
         if not optional:
-            self._pending.append((wanted, last))
+            self._pending.append((condition, last))
         held = False
-        key = (wanted.of.message.identifier, bool(wanted.of.message.extended))
+        key = (condition.of.message.identifier, bool(condition.of.message.extended))
 
         def look(frame: TrafficFrame) -> None:
             nonlocal held
             if (frame.identifier, bool(frame.flags & EXTENDED)) != key:
                 return
-            value = wanted.of.value(frame.data)
+            value = condition.of.value(frame.data)
             if value is None:
                 return
             last[:] = [value]
-            before, held = held, wanted.holds(value)
+            before, held = held, condition.holds(value)
             if not held or before:
                 return
-            self._fired(wanted)
+            self._fired(condition)
             for action in tuple(actions):
                 action(self.bus.traffic.seconds(frame))
             if not every_time:
@@ -224,9 +224,9 @@ class Stimulus(Actions):
         self.bus.watch(look)
         return Actions(self, actions.append)
 
-    def _fired(self, wanted: Condition) -> None:
-        self.bus.marks.append((self.bus.now, self.bus.now, wanted.text))
-        self._pending = [each for each in self._pending if each[0] is not wanted]
+    def _fired(self, condition: Condition) -> None:
+        self.bus.marks.append((self.bus.now, self.bus.now, condition.text))
+        self._pending = [each for each in self._pending if each[0] is not condition]
 
     def never_occurred(self) -> list[str]:
         """What never began: conditions that never held, with their last value, and times to come."""
@@ -234,9 +234,13 @@ class Stimulus(Actions):
             f"{text}: the test ended before, so its stimulus never began" for text in self._waiting
         ]
         return later + [
-            f"{wanted.text} never occurred, so its stimulus never began; "
-            + (f"last value {last[0]:g} {wanted.of.signal.unit}".rstrip() if last else "no frame")
-            for wanted, last in self._pending
+            f"{condition.text} never occurred, so its stimulus never began; "
+            + (
+                f"last value {last[0]:g} {condition.of.signal.unit}".rstrip()
+                if last
+                else "no frame"
+            )
+            for condition, last in self._pending
         ]
 
     # Faults

@@ -47,7 +47,7 @@ class Summary:
         return list(self._results.values())
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Keep what the report of a test says."""
+        """Store the content of the report of a test."""
         described = getattr(report, "slipbench", None)
         if described is None:
             return

@@ -1,4 +1,4 @@
-"""What a bus carried during a test: frames in order, and signals of them by name."""
+"""Traffic of a bus during a test: frames in order, and signals of them by name."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple

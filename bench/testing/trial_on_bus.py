@@ -81,15 +81,15 @@ class TrialOnBus:
     def wait_for(self, phase: Phase | str, within: float | str) -> float:
         """Time (s) at which the trial is in a phase, such as "exciting". Raises SignalTimeoutError otherwise."""
         __tracebackhide__ = True
-        wanted = Phase[phase.upper().replace(" ", "_")] if isinstance(phase, str) else phase
+        target = Phase[phase.upper().replace(" ", "_")] if isinstance(phase, str) else phase
         latest = self._bus.line.now_ns() + round(seconds(within) * SECOND)
         reached = self._bus.run_until_ns(
-            latest, lambda: self.phase in ENDED or self.phase == wanted
+            latest, lambda: self.phase in ENDED or self.phase == target
         )
-        if not reached or self.phase != wanted:
+        if not reached or self.phase != target:
             raise SignalTimeoutError(
                 f"the trial is {self.phase.name.lower()} at {self._bus.now:.3f} s, not "
-                f"{wanted.name.lower()}" + (f": {self.trip}" if self.trip else "")
+                f"{target.name.lower()}" + (f": {self.trip}" if self.trip else "")
             )
         return self._bus.now
 

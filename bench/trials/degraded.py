@@ -11,8 +11,8 @@ from slipbench.protocol.trial_file import TrialFile
 
 SLIP_SHARE = 0.75  # of the slip limits: sampled wheel speeds are filtered and late
 SPEED_SHARE = 0.75  # of the slip limit: a front wheel that slips too hides as much
-BLIND_SHARE = 0.5  # of deviation and rates, while nobody confirms what the actuators do
-LEAST_SLIP = 0.01  # no noise of the road stays below it
+BLIND_SHARE = 0.5  # of deviation and rates, while no signal confirms that requests apply
+LEAST_SLIP = 0.01  # road noise would exceed a smaller limit
 
 
 @dataclass(frozen=True)

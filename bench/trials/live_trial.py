@@ -56,7 +56,7 @@ class LiveTrial:
     ) -> None:
         """Watch `loop`, which listens at the other end of `pipe`.
 
-        recorder  end of a pipe for the recorder to hold: its end shows the loop that the recorder died
+        recorder  end of a pipe for the recorder to hold: it closes when the recorder dies
         vehicle   process of the virtual motorcycle, where the trial has one
         """
         self._recorder_pipe, self._vehicle = recorder, vehicle
@@ -176,7 +176,7 @@ def _opened(
     """Wait until the buses are open; returns the bytes of frames that the kernel keeps for each.
 
     Raises InputError where it cannot be opened, or does not open; KeyboardInterrupt where the
-    operator ended it meanwhile.
+    operator stopped it meanwhile.
     """
     try:
         if not pipe.poll(OPENING):
@@ -187,17 +187,17 @@ def _opened(
                 found="none",
                 remedy="does its driver hang? unplug the adapter, or try another program on it",
             )
-        answer: int | InputError | None = pipe.recv()
+        response: int | InputError | None = pipe.recv()
     except EOFError as cause:
         loop.join(JOIN)
         if interrupted.is_set():
             raise KeyboardInterrupt from cause
         raise RuntimeError(f"the loop's process did not start ({exit_reason(loop)})") from cause
-    if isinstance(answer, InputError):
-        raise answer
+    if isinstance(response, InputError):
+        raise response
     if interrupted.is_set():  # the loop had opened its bus before the interrupt
         raise KeyboardInterrupt
-    return answer
+    return response
 
 
 def _begun(recorder: BaseProcess, path: Path) -> bool:
@@ -236,7 +236,7 @@ def _ring(slots: int = 1 << 16) -> Iterator[tuple[str, Ring]]:
 def _interrupts_passed_on(loop: BaseProcess) -> Iterator[threading.Event]:
     """Pass Ctrl-C and other requests to end on to the loop, which returns control to the rider.
 
-    Yields an event that is set once the operator has asked for an end.
+    Yields an event that is set once the operator has requested the end.
     """
     interrupted = threading.Event()
 

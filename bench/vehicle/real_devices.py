@@ -67,7 +67,7 @@ class RealDevices:
         )
 
     def command(self, now: float, silence: float) -> ActuatorCommand | None:
-        """What the real ECU applies at `now` (s); None before its first frame, and after `silence` s."""
+        """Command of the real ECU at `now` (s); None before its first frame and after `silence` s."""
         status = self._ecu
         last = self._receptions["EcuStatus"].last if status else None
         if status is None or last is None or now - last > silence:

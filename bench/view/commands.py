@@ -40,14 +40,14 @@ FoxglovePort = Annotated[
 
 
 def foxglove_address(stream: bool, port: int | None) -> Address | None:
-    """Address of the Foxglove stream that was asked for; None: no stream."""
+    """Address of the requested Foxglove stream; None: no stream."""
     if port is not None:
         return Address(port=port, chosen=True)
     return Address(port=FOXGLOVE_PORT) if stream else None
 
 
 def view_address(view: bool, address: str | None) -> Address | None:
-    """Address of the view that was asked for; None: no view. Raises InputError."""
+    """Address of the requested view; None: no view. Raises InputError."""
     if address is not None:
         return address_of(address)
     return Address() if view else None

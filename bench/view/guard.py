@@ -47,8 +47,8 @@ class Guard:
 
     def said(self, what: Mapping[str, Any], status: int) -> "Response":
         """Answer as JSON."""
-        answer: Response = _responses().JSONResponse(what, status, HEADERS)
-        return answer
+        response: Response = _responses().JSONResponse(what, status, HEADERS)
+        return response
 
     async def page(self, request: "Request") -> "Response":
         """The page or one of its files. A token in the address becomes a cookie."""

@@ -49,7 +49,7 @@ class LiveRun:
         return self._frames.behind
 
     def hello(self) -> dict[str, Any]:
-        """What a page needs before the first update: the trial, and the samples so far."""
+        """Data of a page before the first update: the trial, and the samples so far."""
         return {"run": self.folder.name, "samples": list(self._kept), **trial_message(self._trial)}
 
     def read(self, files: bool) -> Portion:
@@ -64,8 +64,8 @@ class LiveRun:
         self._tick_watch.observe(self._ticks.read())
         if files:
             self._end.read()
-        seen, samples = self._observer.observed(), self._observer.samples()
-        return Portion(log, seen, samples, self._tick_watch.figures())
+        observed, samples = self._observer.observed(), self._observer.samples()
+        return Portion(log, observed, samples, self._tick_watch.figures())
 
     def update(self, files: bool) -> dict[str, Any]:
         """State after all frames that were recorded by now. files: read the small files as well."""
@@ -106,7 +106,7 @@ class LiveView:
         return self._run is not None and not self._run.over
 
     def hello(self) -> dict[str, Any]:
-        """What a page needs before the first update."""
+        """Data of a page before the first update."""
         return {"run": None, "samples": []} if self._run is None else self._run.hello()
 
     @property

@@ -28,7 +28,7 @@ class LogTail:
         with self._path.open("rb") as file:
             if self._skip(self._path.stat().st_size):
                 file.seek(self._done - 1)
-                self._done += len(file.readline()) - 1  # the rest of a line whose start was skipped
+                self._done += len(file.readline()) - 1  # end of a line whose start was skipped
             file.seek(self._done)
             text = file.read(self._most)
         self._done += len(text)

@@ -48,7 +48,7 @@ def scaled(samples: Sequence[tuple[float, ...]], start: float) -> list[list[floa
 
 
 def trial_message(trial: TrialFile) -> dict[str, Any]:
-    """What of a trial does not change while it runs."""
+    """Constant properties of a trial while it runs."""
     return {
         "trial": trial.name,
         "instruction": instruction(trial),
@@ -57,32 +57,33 @@ def trial_message(trial: TrialFile) -> dict[str, Any]:
     }
 
 
-def state_message(seen: Observed, trial: TrialFile, start: float) -> dict[str, Any]:
+def state_message(observed: Observed, trial: TrialFile, start: float) -> dict[str, Any]:
     """State of a trial after its last frame. start: s, of the recording."""
-    vehicle, phase = seen.vehicle, seen.phase
+    vehicle, phase = observed.vehicle, observed.phase
     return {
-        "time": seen.time - start,
+        "time": observed.time - start,
         "phase": phase.name.lower() if phase is not None else None,
-        "line": _line(seen, trial),
-        "trip": seen.trip.name.lower() if seen.trip != TripReason.NONE else "",
+        "line": _line(observed, trial),
+        "trip": observed.trip.name.lower() if observed.trip != TripReason.NONE else "",
         "rpm": vehicle.engine.engine_speed / RPM,
         "gear": vehicle.engine.gear if math.isfinite(vehicle.engine.engine_speed) else None,
         "speed": vehicle.speed / KMH,
-        "slip": seen.slip * 100,
-        "limits": seen.limits,
-        "load": seen.bus_load,
-        "faults": seen.faults,
-        "frames": seen.frames,
+        "slip": observed.slip * 100,
+        "limits": observed.limits,
+        "load": observed.bus_load,
+        "faults": observed.faults,
+        "frames": observed.frames,
         "distance_left": trial.limits.distance - vehicle.distance
-        if "distance" in seen.limits
+        if "distance" in observed.limits
         else None,
     }
 
 
-def _line(seen: Observed, trial: TrialFile) -> str:
-    """What the rider does next, or what is missing to arm."""
-    if seen.phase in (None, Phase.IDLE):
+def _line(observed: Observed, trial: TrialFile) -> str:
+    """Next action of the rider, or the missing condition for arming."""
+    if observed.phase in (None, Phase.IDLE):
         return (
-            seen.not_armed or f"keep gear and engine speed for {trial.operating_point.steady_for}"
+            observed.not_armed
+            or f"keep gear and engine speed for {trial.operating_point.steady_for}"
         )
-    return PHASES[seen.phase]
+    return PHASES[observed.phase]

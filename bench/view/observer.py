@@ -33,7 +33,7 @@ SAMPLED = ("time", "throttle_request", "throttle", "slip", "wheel_speed", "speed
 
 @dataclass(frozen=True)
 class Observed:
-    """What the last frames say. time: s; command: None before the first one.
+    """State of the trial after the last frames. time: s; command: None before the first one.
 
     slip  of the rear wheel over its last turn; that of `vehicle`, which can trip, is of one frame
     """
@@ -59,7 +59,7 @@ class TrialObserver:
         trial = recorded.plan.trial
         self._recorded, self._limits = recorded, trial.limits
         self._codec = recorded.binding.codec()
-        self._reports = self._codec.has("TrialStatus")  # else authority alone tells the phase
+        self._reports = self._codec.has("TrialStatus")  # else phase from authority alone
         self._receiver = Receiver(
             recorded.binding,
             self._codec,
@@ -80,7 +80,7 @@ class TrialObserver:
         self.frames = 0
 
     def observe(self, lines: bytes) -> FrameLog | None:
-        """Take in whole lines of candump text, in order of time. Returns their frames, if any."""
+        """Process complete candump lines, in order of time. Returns their frames, if any."""
         if not lines:
             return None
         log = parse_pieces([lines], str(self._recorded.folder), [])

@@ -1,4 +1,4 @@
-"""How a run ended and what its quick look says, from the files of its folder."""
+"""Outcome and quick look of a run, from the files of its folder."""
 
 import json
 from pathlib import Path

@@ -7,7 +7,7 @@ from slipbench.protocol.codec.frame_bits import frame_bits
 from slipbench.protocol.logs.frame_log import FrameLog
 
 WINDOW = 100_000_000  # ns
-WINDOWS = 5  # the last whole ones are averaged
+WINDOWS = 5  # the last complete ones are averaged
 
 
 class RecentLoad:
@@ -37,11 +37,11 @@ class RecentLoad:
                 del sums[old]
 
     def shares(self) -> dict[str, float]:
-        """Load of each bus over the last whole windows, 0..1; without one it is left out."""
+        """Load of each bus over the last complete windows, 0..1; without one it is left out."""
         return {bus: self._share(sums) for bus, sums in self._taken.items() if len(sums) > 1}
 
     def _share(self, sums: dict[int, float]) -> float:
-        """Mean over the whole windows since the first frame of the bus."""
+        """Mean over the complete windows since the first frame of the bus."""
         first = max(min(sums), self._newest - WINDOWS)
-        whole = [sums.get(each, 0.0) for each in range(first, self._newest)]
-        return sum(whole) * SECOND / (WINDOW * len(whole)) if whole else 0.0
+        complete = [sums.get(each, 0.0) for each in range(first, self._newest)]
+        return sum(complete) * SECOND / (WINDOW * len(complete)) if complete else 0.0

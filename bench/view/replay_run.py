@@ -100,7 +100,7 @@ class ReplayRun:
         return True
 
     def hello(self) -> dict[str, Any]:
-        """What a page needs before the first update."""
+        """Data of a page before the first update."""
         trial = self.recorded.plan.trial
         duration = (self._last - self._first) / SECOND
         run = self.recorded.folder.name
@@ -112,8 +112,8 @@ class ReplayRun:
         log = self._observer.observe(self._frames.until(now))
         if self._ticks is not None:
             self._tick_watch.observe(self._ticks.until(now))
-        seen, samples = self._observer.observed(), self._observer.samples()
-        return Portion(log, seen, samples, self._tick_watch.figures(), self._begin)
+        observed, samples = self._observer.observed(), self._observer.samples()
+        return Portion(log, observed, samples, self._tick_watch.figures(), self._begin)
 
     def update(self) -> dict[str, Any]:
         """State at the time of the replay."""
@@ -154,7 +154,7 @@ class ReplayRun:
 
 
 def _number(value: object) -> float | None:
-    """A finite number that was asked for; None where it is none."""
+    """Finite number of a request; None where it is none."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return None
     return float(value)

@@ -56,13 +56,13 @@ def side_process(
 
 def _started(pipe: Connection, name: str) -> list[str]:
     """Lines for people from the process. Raises InputError where it did not start."""
-    answer: list[str] | InputError = InputError(f"the {name} did not start")
+    response: list[str] | InputError = InputError(f"the {name} did not start")
     if pipe.poll(STARTING):
         with suppress(EOFError):
-            answer = pipe.recv()
-    if isinstance(answer, InputError):
-        raise answer
-    return answer
+            response = pipe.recv()
+    if isinstance(response, InputError):
+        raise response
+    return response
 
 
 def begin_beside() -> None:

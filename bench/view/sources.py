@@ -43,7 +43,7 @@ class LiveSource:
         return self._complete and all(queue.empty() for queue in self._pages)
 
     async def feed(self) -> None:
-        """Read and send every `PERIOD`, for ever; a reader that was held up does not catch up.
+        """Read and send every `PERIOD`, without end; a delayed reader does not catch up.
 
         What cannot be read is shown on the page; the trial and its recording do not depend on it.
         """
@@ -127,7 +127,7 @@ class ReplaySource:
 
 
 def _wish(text: str) -> Mapping[str, Any]:
-    """What a page of a replay asks for; empty where it is nothing known."""
+    """Control request of a page of a replay; empty where it is no JSON object."""
     try:
         wish = json.loads(text[:LARGEST_MESSAGE])
     except ValueError:

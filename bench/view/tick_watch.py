@@ -15,7 +15,7 @@ class TickWatch:
         self._worst = 0
 
     def observe(self, lines: bytes) -> None:
-        """Take in whole lines of ticks.csv; its header is ignored."""
+        """Process complete lines of ticks.csv; its header is ignored."""
         for line in lines.splitlines():
             parts = line.split(b",")
             if len(parts) != 4 or not parts[0].isdigit():

@@ -17,7 +17,7 @@ class TurnSpeed:
         self._waited = 0.0
 
     def observe(self, teeth: ToothIntervals) -> None:
-        """Take in the intervals of a frame; at rest, the time without a tooth."""
+        """Process the intervals of a frame; at standstill, the time without a tooth."""
         if teeth.layout == Intervals.STANDING:
             self._waited = sum(teeth.intervals)
             return

@@ -32,7 +32,7 @@ def serve_folder(
     """Serve a run folder or the folder of a session until Ctrl-C.
 
     say     receives lines for people
-    beside  serves the same folder in another way; it learns whether the run is replayed
+    beside  serves the same folder in another way; it is notified whether the run is replayed
 
     Raises InputError where the folder holds no trial, an extra is missing, or an address cannot be
     used.

@@ -1,8 +1,10 @@
-"""A hidden case: a motorcycle, hypotheses that its planned trials leave open, and which one is true.
+"""A hidden case: a motorcycle, hypotheses that its planned trials leave open, and which one is
+true.
 
-In even cases the planned trials show that an effect is there, but do not tell it from others. In odd
-cases they would not show an effect of typical size: it is there, or nothing is. Which hypotheses these
-are follows from the evidence that the planned trials are expected to give, by the thresholds of `explain`.
+In even cases the planned trials show that an effect is there, but do not distinguish it from
+others. In odd cases they would not show an effect of typical size: it is present, or nothing is.
+Which hypotheses these are follows from the evidence that the planned trials are expected to give,
+by the thresholds of `explain`.
 """
 
 import math
@@ -55,9 +57,9 @@ def draw_case(rng: np.random.Generator, planned: Sequence[Linearization], alike:
 
     Raises UnsuitableError where they leave nothing open.
     """
-    kinds = [kind for kind in LIBRARY if _asked(kind)]
+    kinds = [kind for kind in LIBRARY if _is_candidate(kind)]
     drawn = [_alone(kinds[i].name) for i in rng.permutation(len(kinds))]
-    found = _alike(rng, planned, drawn) if alike else _not_excited(rng, planned, drawn)
+    found = _indistinguishable(rng, planned, drawn) if alike else _not_excited(rng, planned, drawn)
     if found is None:
         raise UnsuitableError("the planned trials leave nothing open")
     return found
@@ -77,10 +79,10 @@ def _not_excited(
     return None
 
 
-def _alike(
+def _indistinguishable(
     rng: np.random.Generator, planned: Sequence[Linearization], drawn: Iterable[Hypothesis]
 ) -> Case | None:
-    """An effect that the planned trials show, and others as plain that they do not tell from it."""
+    """An effect that the planned trials show, and others indistinguishable from it."""
     nats = REQUIRED_GAIN * float(rng.uniform(*VISIBLE))
     known = [h for one in drawn if (h := _worth(planned, one, nats)) is not None]
     for true in known:
@@ -122,14 +124,14 @@ def _at(one: Hypothesis, share: float) -> Hypothesis:
 
 
 def _nats(planned: Sequence[Linearization], pair: tuple[Hypothesis, Hypothesis]) -> float:
-    """Nats that all planned trials together are expected to tell two hypotheses apart by."""
+    """Expected evidence of all planned trials together between two hypotheses, nats."""
     try:
         return sum(expected_evidence(linear, [pair]).least for linear in planned)
     except (PlantError, ValueError):
         return math.inf
 
 
-def _asked(kind: type[Effect]) -> bool:
+def _is_candidate(kind: type[Effect]) -> bool:
     """Whether a trial may show an effect: neither of a sensor, nor at a place on the road."""
     if kind.block in SENSORS:
         return False

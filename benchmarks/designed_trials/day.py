@@ -65,7 +65,7 @@ LEAST = 0.5
 
 @dataclass(frozen=True)
 class Day:
-    """What a policy needed. runs: trials after the planned ones; seconds: of riding in them.
+    """Cost of a policy. runs: trials after the planned ones; seconds: of riding in them.
 
     left: hypotheses that stand at the end; trips: runs that a limit ended; why: it ended early.
     """
@@ -122,9 +122,9 @@ def _result(seed: int, number: int, folder: Path) -> Result:
     case = draw_case(rng, [rehearsed(known, choice) for choice in plan], number % 2 == 0)
     hidden = replace(as_file, motorcycle=replace(bike, effects=(*bike.effects, *case.effects)))
     _ride_plan(folder, hidden, trees, "planned")
-    asked = _asked(case, folder, [f"planned_{i}" for i in range(len(trees))])
+    open_questions = _open_questions(case, folder, [f"planned_{i}" for i in range(len(trees))])
     policies = (Policy("designed", designed), Policy("menu", from_menu), planned(trees))
-    days = tuple(_day(policy, asked, folder) for policy in policies)
+    days = tuple(_day(policy, open_questions, folder) for policy in policies)
     return Result(number, case.names, case.truth, days, time.process_time() - began)
 
 
@@ -171,7 +171,7 @@ def _planned(folder: Path, choice: Choice) -> Tree:
     }
 
 
-def _asked(case: Case, folder: Path, runs: Sequence[str]) -> Asked:
+def _open_questions(case: Case, folder: Path, runs: Sequence[str]) -> Asked:
     """The question of the case beside its planned recordings, and the re-calibrated vehicle file."""
     improved = improved_system(_calibrated(folder, runs))
     assert isinstance(improved, MotorcycleSystem)
@@ -189,18 +189,18 @@ def _asked(case: Case, folder: Path, runs: Sequence[str]) -> Asked:
 def _stated(one: Hypothesis) -> StatedHypothesis:
     if one.candidate is None:
         return StatedHypothesis(effect=NOTHING)
-    dials, whole = one.candidate.parameters, one.candidate.integers
-    return StatedHypothesis(effect=one.name, dials=dials, whole=whole, spread=one.spread)
+    parameters, integers = one.candidate.parameters, one.candidate.integers
+    return StatedHypothesis(effect=one.name, dials=parameters, whole=integers, spread=one.spread)
 
 
-def _day(policy: Policy, asked: Asked, folder: Path) -> Day:
+def _day(policy: Policy, open_questions: Asked, folder: Path) -> Day:
     """Ride trials of a policy until one hypothesis stands, or MOST are ridden."""
     runs: list[Path] = []
     seconds, trips, ridden, why = 0.0, 0, 0, ""
     choose = policy.begin(folder)
-    while ridden < MOST and not asked.settled:
+    while ridden < MOST and not open_questions.settled:
         try:
-            tree = choose(asked)
+            tree = choose(open_questions)
         except InputError as fault:
             why = str(fault)
             break
@@ -211,9 +211,12 @@ def _day(policy: Policy, asked: Asked, folder: Path) -> Day:
         if _ride(folder, run.name, tree):
             trips += 1
             continue
-        asked = replace(asked, evidence=(*asked.evidence, evidence_of(asked, runs, run)))
+        open_questions = replace(
+            open_questions,
+            evidence=(*open_questions.evidence, evidence_of(open_questions, runs, run)),
+        )
         runs.append(run)
-    left = standing(asked.names[0], asked.of(0))
+    left = standing(open_questions.names[0], open_questions.of(0))
     return Day(policy.name, ridden, seconds, left, trips, why)
 
 

@@ -24,7 +24,7 @@ Tree = dict[str, Any]
 
 
 Choose = Callable[[Asked], Tree]
-"""Content of the next trial file, from what is open. Raises InputError where no trial would tell."""
+"""Content of the next trial file, from open questions. Raises InputError where no trial helps."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,10 @@ class Policy:
 def designed(place: Path) -> Choose:
     """Trials with the most expected evidence (`slipbench next`)."""
 
-    def choose(asked: Asked) -> Tree:
-        return designed_from(asked.folder, asked.still_open, STRAIGHT, [], [], place, _quiet)[0]
+    def choose(open_questions: Asked) -> Tree:
+        return designed_from(
+            open_questions.folder, open_questions.still_open, STRAIGHT, [], [], place, _quiet
+        )[0]
 
     return choose
 
@@ -47,12 +49,12 @@ def designed(place: Path) -> Choose:
 def from_menu(place: Path) -> Choose:
     """The trial of the fixed menu with the most expected evidence, within the same limits."""
 
-    def choose(asked: Asked) -> Tree:
-        opened = asked.still_open
-        known = known_of(asked.folder, opened)
+    def choose(open_questions: Asked) -> Tree:
+        opened = open_questions.still_open
+        known = known_of(open_questions.folder, opened)
         assert isinstance(known.model.system, MotorcycleSystem)
-        (base,) = base_trials(asked.folder, opened, [])
-        questions = questions_of(opened, (), known.model.system, str(asked.folder))
+        (base,) = base_trials(open_questions.folder, opened, [])
+        questions = questions_of(opened, (), known.model.system, str(open_questions.folder))
         problem = problem_of(known, questions, base, STRAIGHT)
         motorcycles = draws(known, problem.hypotheses, THOROUGH.drawn, SEED)
         trials = menu_trials(problem.motorcycle, problem.bounds, problem.actuators)

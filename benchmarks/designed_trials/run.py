@@ -42,13 +42,13 @@ def _kept(seed: int, number: int, folder: Path) -> Result:
 
 def main() -> None:
     """Run the study and write its page."""
-    asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument("--cases", type=int, default=30)
-    asked.add_argument("--seed", type=int, default=1)
-    asked.add_argument("--workers", type=int, default=2)
-    asked.add_argument("--folder", type=Path, default=Path("build/designed_trials"))
-    asked.add_argument("--out", type=Path)
-    given = asked.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=30)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--folder", type=Path, default=Path("build/designed_trials"))
+    parser.add_argument("--out", type=Path)
+    given = parser.parse_args()
     folder = given.folder.resolve() / str(given.seed)
     folder.mkdir(parents=True, exist_ok=True)
     found: list[Result] = []

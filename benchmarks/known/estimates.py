@@ -19,7 +19,7 @@ LAGS = 6
 
 
 def whole(one, f):
-    """Ours as the report has it: the reference's noise taken off the slip."""
+    """Ours as in the report: corrected for reference-sensor noise."""
     return _chain(estimated(one), f)
 
 

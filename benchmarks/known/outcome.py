@@ -27,7 +27,7 @@ class Outcome:
     lines, model   (n, 2) errors of gain (%) and phase (degrees) where coherence exceeds 0.95
     coherent       share of the lines where it does
     driveline      errors of frequency and damping, %
-    delay          estimate less truth, and the interval's ends less it, ms; NaN where none is told
+    delay          estimate less truth, and the interval's ends less it, ms; NaN: not identified
     held           whether or how often 95 % intervals hold: lines, model, frequency, damping, delay
     ratio          chi-square over its degrees of freedom
     """
@@ -66,7 +66,7 @@ def judged(
     good = inside & (response.coherence > COHERENT)
     f = response.frequency[good]
     off, held = _driveline(fit, *driveline(motorcycle, faster))
-    delay, told = _delay(lines, motorcycle) if profiled else ((np.nan,) * 3, np.nan)
+    delay, delay_held = _delay(lines, motorcycle) if profiled else ((np.nan,) * 3, np.nan)
     g, true = lines.frequency, np.abs(at(lines.frequency))
     own = np.isin(response.frequency, g)
     return Outcome(
@@ -79,7 +79,7 @@ def judged(
             float(np.mean(np.abs(np.abs(lines.value) - true) < response.gain_band[own])),
             float(np.mean(np.abs(np.abs(fit.response(g)) - true) < fit.band(g))),
             *held,
-            told,
+            delay_held,
         ),
         fit.chi_square_ratio,
     )
@@ -94,7 +94,7 @@ def _driveline(
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Errors in % of the least damped mode inside the band, and whether the intervals hold.
 
-    NaN where the true driveline swings beyond the last line: no recording shows it there.
+    NaN where the true driveline resonates beyond the last line: no recording shows it there.
     """
     top = fit.lines.frequency[-1]
     if not frequency < top:
@@ -109,11 +109,11 @@ def _driveline(
 
 
 def _delay(lines: Lines, motorcycle) -> tuple[tuple[float, float, float], float]:
-    """Error of the delay and its interval, ms, and whether that holds it; NaN: none told."""
+    """Error of the delay and its interval, ms, and whether that holds it; NaN: not identified."""
     true = 1e3 * motorcycle.intake.delay
     rest = without(lines, known_path(motorcycle))
     profile = delay_profile(choose_order(rest, all_pole()), points=POINTS)
     if not isinstance(profile, DelayProfile):
         return (np.nan, np.nan, np.nan), np.nan
-    told = tuple(1e3 * d - true for d in (profile.delay, profile.low, profile.high))
-    return told, float(told[1] <= 0 <= told[2])
+    errors = tuple(1e3 * d - true for d in (profile.delay, profile.low, profile.high))
+    return errors, float(errors[1] <= 0 <= errors[2])

@@ -22,15 +22,15 @@ def error_cells(row: Row) -> tuple[str, ...]:
         gain, phase = row.errors(what, 0), row.errors(what, 1)
         within = 100 * np.mean((gain < 1) & (phase < 1))
         cells += [f"{p(gain, 50):.2f}, {p(gain, 95):.2f}", f"{p(phase, 95):.2f}", f"{within:.0f}"]
-    swings, late = row.driveline, row.late
-    cells.append(f"{len(swings)}")
+    driveline, late = row.driveline, row.late
+    cells.append(f"{len(driveline)}")
     cells += (
         ["–"] * 3
-        if not len(swings)
+        if not len(driveline)
         else [
-            ", ".join(f"{x:.2f}" for x in p(swings[:, 0], (50, 95))),
-            f"{_share(swings[:, 0] < 2):.0f}",
-            ", ".join(f"{x:.2f}" for x in p(swings[:, 1], (50, 95))),
+            ", ".join(f"{x:.2f}" for x in p(driveline[:, 0], (50, 95))),
+            f"{_share(driveline[:, 0] < 2):.0f}",
+            ", ".join(f"{x:.2f}" for x in p(driveline[:, 1], (50, 95))),
         ]
     )
     cells.append(f"{late.size}")
@@ -99,15 +99,15 @@ def goals(made: list[Row]) -> str:
         ),
     ):
         figures = [(row.case, float(value(row))) for row in made]
-        told = [(case, share) for case, share in figures if np.isfinite(share)]
+        identified = [(case, share) for case, share in figures if np.isfinite(share)]
         missed = [
             f"{case.title}, {case.lasts:g} s, noise {case.noise:g} ({share:.1f} %)"
-            for case, share in told
+            for case, share in identified
             if not least <= share <= most
         ]
         said.append(
-            f"- {name}, in {least:g} to {most:g} %: met in {len(told) - len(missed)} of "
-            f"{len(told)} rows" + (f"; missed: {'; '.join(missed)}" if missed else "")
+            f"- {name}, in {least:g} to {most:g} %: met in {len(identified) - len(missed)} of "
+            f"{len(identified)} rows" + (f"; missed: {'; '.join(missed)}" if missed else "")
         )
     return "\n".join(said)
 

@@ -42,19 +42,19 @@ class Row:
 
     @property
     def held(self) -> np.ndarray:
-        """How often intervals hold, %, (5,); NaN of what no ride told."""
-        told = np.ma.masked_invalid([o.held for o in self.outcomes])
-        return np.asarray(100 * told.mean(axis=0).filled(np.nan))
+        """How often intervals hold, %, (5,); NaN where no ride identified it."""
+        shares = np.ma.masked_invalid([o.held for o in self.outcomes])
+        return np.asarray(100 * shares.mean(axis=0).filled(np.nan))
 
     @property
     def late(self) -> np.ndarray:
-        """Errors of the delay, ms, where it was profiled and told."""
+        """Errors of the delay, ms, where it was profiled and identified."""
         found = np.abs([o.delay[0] for o in self.outcomes])
         return np.asarray(found[np.isfinite(found)])
 
     @property
     def driveline(self) -> np.ndarray:
-        """Errors of frequency and damping, %, (m, 2), where the driveline swings in the band."""
+        """Errors of frequency and damping, %, (m, 2), where its resonance is in the band."""
         found = np.array([o.driveline for o in self.outcomes])
         return np.asarray(found[np.isfinite(found[:, 0])])
 
@@ -74,9 +74,9 @@ def ridden(case: Case, seeds: int, workers: int, until: float, kept: Path = KEPT
     """Ride what of a case is not kept yet, until `until` (monotonic s); give all there is."""
     path = kept / fingerprint() / f"{case.name}.pickle"
     have: dict[int, Outcome | None] = pickle.loads(path.read_bytes()) if path.exists() else {}
-    wanted = [seed for seed in range(FIRST, FIRST + seeds) if seed not in have]
+    missing = [seed for seed in range(FIRST, FIRST + seeds) if seed not in have]
     pieces = [
-        wanted[k : k + RIDES_EACH * workers] for k in range(0, len(wanted), RIDES_EACH * workers)
+        missing[k : k + RIDES_EACH * workers] for k in range(0, len(missing), RIDES_EACH * workers)
     ]
     with ProcessPoolExecutor(workers) as pool:
         for piece in pieces:

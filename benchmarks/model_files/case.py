@@ -1,4 +1,4 @@
-"""One case: a plant, what is hidden in it, three recordings, and what `explain` says of them."""
+"""One case: a plant, its hidden effect, three recordings, and the verdict of `explain`."""
 
 import time
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ TRAINING = 2
 
 @dataclass(frozen=True)
 class Outcome:
-    """hidden: its name. nats: that an observer sees who knows it. named: effects of the verdict.
+    """hidden: its name. nats: its gain for an observer who knows it. named: effects of the verdict.
 
     right: the one name is true, or listed as equal to the true one. inside, intervals: how many of the
     parameters of what was named right lie in their 95 % intervals, and how many there are. seconds: of
@@ -48,18 +48,18 @@ def outcome(seed: int, number: int) -> Outcome:
     system = nominal(plant)
     begun = time.process_time()
     records = [system.prepare(run) for run in runs]
-    told = verdict(analyse(begin(system, records[:TRAINING], records[TRAINING:])))
+    found = verdict(analyse(begin(system, records[:TRAINING], records[TRAINING:])))
     took = time.process_time() - begun
-    names = tuple(f"{e.name}.{e.subject}" if e.subject else e.name for e in told.effects)
-    right = same_for_recordings(names, told.equivalents, secret.name)
-    inside, count = _intervals(told, secret) if names == (secret.name,) else (0, 0)
+    names = tuple(f"{e.name}.{e.subject}" if e.subject else e.name for e in found.effects)
+    right = same_for_recordings(names, found.equivalents, secret.name)
+    inside, count = _intervals(found, secret) if names == (secret.name,) else (0, 0)
     return Outcome(
         number,
         plant.name,
         secret.name,
         secret.outside,
         secret.nats,
-        told.mismatch,
+        found.mismatch,
         names,
         right,
         inside,
@@ -69,7 +69,7 @@ def outcome(seed: int, number: int) -> Outcome:
 
 
 def _recordings(plant: Plant, rng: np.random.Generator) -> tuple[Hidden, list[Recording]]:
-    """Draw what is hidden until all recordings can be simulated with it."""
+    """Draw the hidden effect until all recordings can be simulated with it."""
     true = drawn(plant, rng)
     while True:
         secret = hidden(true, plant, rng)
@@ -81,10 +81,10 @@ def _recordings(plant: Plant, rng: np.random.Generator) -> tuple[Hidden, list[Re
         return secret, runs
 
 
-def _intervals(told: Verdict, secret: Hidden) -> tuple[int, int]:
+def _intervals(found: Verdict, secret: Hidden) -> tuple[int, int]:
     """Count the parameters whose intervals hold the truth, and all that have an interval."""
     assert secret.effect is not None
     named = zip(secret.effect.parameters(), secret.effect.values(), strict=True)
     truths = {known.name: float(value) for known, value in named}
-    intervals = [p for p in told.effects[0].parameters if p.name in truths and p.low < p.high]
+    intervals = [p for p in found.effects[0].parameters if p.name in truths and p.low < p.high]
     return sum(p.low <= truths[p.name] <= p.high for p in intervals), len(intervals)

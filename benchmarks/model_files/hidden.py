@@ -1,4 +1,4 @@
-"""What is hidden in a case: nothing, an effect of the library, or a curve that is none of them."""
+"""Hidden part of a case: nothing, an effect of the library, or a curve outside the library."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -21,21 +21,21 @@ WITHIN, OUTSIDE = 0.45, 0.15
 SHARES = (0.1, 2.0)
 """Of the typical size of an effect."""
 VISIBLE = (50.0, 20_000.0)
-"""Nats that what is hidden brings to an observer who knows it, once numbers and first values are fitted."""
+"""Log-likelihood gain of the known hidden effect, parameters and first values fitted, nats."""
 LARGEST = 1.0
 """Of the standard deviation of an output: hidden effects change none by more."""
 DIFFERENCE_STEP = 0.05
 TRIES = 200
 KNOTS = 9
 WAVES = (1.0, 2.5)
-"""Periods of a curve over what it goes along."""
+"""Periods of a curve over its regressor."""
 HEIGHT = (0.02, 0.2)
 """Of the usual magnitude of the place."""
 
 
 @dataclass(frozen=True)
 class Hidden:
-    """effect: None: nothing. outside: whether the library lacks it. nats: that an observer sees."""
+    """effect: None: nothing is hidden. outside: whether the library lacks it. nats: its gain."""
 
     effect: Effect | None
     outside: bool = False
@@ -43,7 +43,7 @@ class Hidden:
 
     @property
     def name(self) -> str:
-        """As a verdict tells it."""
+        """Name as in a verdict."""
         if self.effect is None:
             return "nothing"
         if isinstance(self.effect, TableCurve):
@@ -52,7 +52,7 @@ class Hidden:
 
 
 def hidden(system: ModelSystem, plant: Plant, rng: np.random.Generator) -> Hidden:
-    """Draw what is hidden. system: as it truly is."""
+    """Draw the hidden effect. system: the true one."""
     share = rng.random()
     if share > WITHIN + OUTSIDE:
         return Hidden(None)
@@ -142,7 +142,7 @@ def _nats(change: Floats, slopes: Floats) -> float:
 
 
 def same_for_recordings(names: Sequence[str], ties: Sequence[Sequence[str]], truth: str) -> bool:
-    """Tell whether one name was given, and the truth is it or is listed as not to be told apart."""
+    """Return whether the one given name is the truth or is listed as indistinguishable from it."""
     if list(names) == [truth]:
         return True
     return len(names) == 1 and any(truth in tie and names[0] in tie for tie in ties)

@@ -110,12 +110,12 @@ def outcomes(cases: int, seed: int, workers: int) -> Iterator[Outcome]:
 
 def main() -> None:
     """Run the study and write its page."""
-    asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument("--cases", type=int, default=100)
-    asked.add_argument("--seed", type=int, default=1)
-    asked.add_argument("--workers", type=int, default=2)
-    asked.add_argument("--out", type=Path)
-    given = asked.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--out", type=Path)
+    given = parser.parse_args()
     found: list[Outcome] = []
     for one in outcomes(given.cases, given.seed, given.workers):
         found.append(one)

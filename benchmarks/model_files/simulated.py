@@ -26,7 +26,7 @@ Signals = Mapping[str, Floats]
 
 
 def nominal(plant: Plant) -> ModelSystem:
-    """Return the system as its file tells it."""
+    """Return the system as its file states it."""
     return ModelSystem.load(plant.file)
 
 
@@ -53,10 +53,10 @@ def outputs_of(
 ) -> dict[str, Floats]:
     """Return the outputs without noise, (samples,) each. Raises PlantError where it cannot run."""
     any_outputs = np.random.default_rng(0).standard_normal((len(plant.outputs), plant.count))
-    told = dict(zip(plant.outputs, any_outputs, strict=True))
+    placeholders = dict(zip(plant.outputs, any_outputs, strict=True))
     for name, first in plant.starts.items():
-        told[name][0] = first
-    record = system.prepare(recording(plant, {**inputs, **told}, "simulated"))
+        placeholders[name][0] = first
+    record = system.prepare(recording(plant, {**inputs, **placeholders}, "simulated"))
     there = system.at([], np.zeros(0), tuple(effects))
     shown = there.simulate(record, CHAIN, "system", np.zeros(record.slow.shape[1]), {})
     found = {}

@@ -27,11 +27,12 @@ Signals = dict[str, Floats]
 
 @dataclass(frozen=True)
 class Case:
-    """A case. fmu: name of the file; told: the file beside it; record: signals of the recording of a
-    seed, without noise; noise: standard deviations, by title.
+    """A case. fmu: name of the file; told: text of the system file beside it; record: signals of
+    the recording of a seed, without noise; noise: standard deviations, by title.
 
-    planted: what acts outside of the FMU, in words; right: names of effects that mean it, of which one
-    has to be named alone; none: nothing is planted. remark: what a reader must know of the result.
+    planted: what acts outside of the FMU, in words; right: names of effects that mean it, of which
+    one has to be named alone; none: nothing is planted. remark: what a reader must know of the
+    result.
     """
 
     name: str
@@ -60,19 +61,19 @@ def _ball(drag: float) -> Callable[[Path, int], Signals]:
         times = np.asarray(0.01 * np.arange(301), np.float64)
         if drag:
             return {"time [s]": times, "height [m]": truth.ball(0.74, drag, times)}
-        told = truth.by_fmpy(path, "ModelExchange", times, ("h",), {"e": 0.74, "g": -9.7})
-        return {"time [s]": times, "height [m]": told["h"]}
+        values = truth.by_fmpy(path, "ModelExchange", times, ("h",), {"e": 0.74, "g": -9.7})
+        return {"time [s]": times, "height [m]": values["h"]}
 
     return record
 
 
 def _oscillator_with_lag(path: Path, _: int) -> Signals:
     times = np.asarray(0.05 * np.arange(501), np.float64)
-    told = truth.by_fmpy(path, "ModelExchange", times, ("x0", "x1"), {"mu": 1.1})
+    values = truth.by_fmpy(path, "ModelExchange", times, ("x0", "x1"), {"mu": 1.1})
     return {
         "time [s]": times,
-        "position [1]": truth.lagged(told["x0"], 0.05, 0.1),
-        "speed [1]": told["x1"],
+        "position [1]": truth.lagged(values["x0"], 0.05, 0.1),
+        "speed [1]": values["x1"],
     }
 
 
@@ -89,33 +90,33 @@ def _oscillator(drag: float, friction: float) -> Callable[[Path, int], Signals]:
 def _state_space(_: Path, seed: int) -> Signals:
     rates = np.array([[-1.1, 0.5, 0.0], [0.0, -1.8, 0.7], [-0.3, 0.0, -0.55]])
     times = np.asarray(0.05 * np.arange(601), np.float64)
-    told = np.column_stack([truth.levels(10 * seed + k, 601, 12, -1.0, 1.0) for k in range(3)])
-    acting = told.copy()
-    acting[:, 0] -= np.clip(told[:, 0], -0.3, 0.3)
+    command = np.column_stack([truth.levels(10 * seed + k, 601, 12, -1.0, 1.0) for k in range(3)])
+    acting = command.copy()
+    acting[:, 0] -= np.clip(command[:, 0], -0.3, 0.3)
     states = truth.linear(rates, acting, 0.05)
-    inputs = {f"u{k + 1} [1]": told[:, k] for k in range(3)}
+    inputs = {f"u{k + 1} [1]": command[:, k] for k in range(3)}
     return {"time [s]": times, **inputs, **{f"y{k + 1} [1]": states[:, k] for k in range(3)}}
 
 
 def _passed_through(_: Path, seed: int) -> Signals:
     times = np.asarray(0.1 * np.arange(401), np.float64)
-    told = truth.waves(seed, times)
+    command = truth.waves(seed, times)
     number = np.rint(truth.levels(seed + 5, 401, 20, -3.0, 3.0))
     switch = (truth.levels(seed + 9, 401, 25, 0.0, 1.0) > 0.5).astype(float)
     late = {"number": number, "switch": switch}
     return {
         "time [s]": times,
-        "command [1]": told,
+        "command [1]": command,
         **{f"{name} [1]": signal for name, signal in late.items()},
-        "shown [1]": truth.lagged(told, 0.1, 0.35),
+        "shown [1]": truth.lagged(command, 0.1, 0.35),
         **{f"{n} shown [1]": np.concatenate((s[:1], s[:-1])) for n, s in late.items()},
     }
 
 
 def _stair(path: Path, _: int) -> Signals:
     times = np.asarray(0.1 * np.arange(86), np.float64)
-    told = truth.by_fmpy(path, "CoSimulation", times, ("counter",), {})
-    return {"time [s]": times, "counted [1]": told["counter"]}
+    values = truth.by_fmpy(path, "CoSimulation", times, ("counter",), {})
+    return {"time [s]": times, "counted [1]": values["counter"]}
 
 
 def _damper(drag: float, friction: float) -> Callable[[Path, int], Signals]:
@@ -132,14 +133,14 @@ def _damper(drag: float, friction: float) -> Callable[[Path, int], Signals]:
 def _clutches(lag: float) -> Callable[[Path, int], Signals]:
     def record(path: Path, seed: int) -> Signals:
         times = np.asarray(0.01 * np.arange(301), np.float64)
-        told = {"inputs": truth.levels(seed, 301, 25, 0.0, 5.0)}
+        inputs = {"inputs": truth.levels(seed, 301, 25, 0.0, 5.0)}
         names = tuple(f"outputs[{k}]" for k in (1, 2, 3, 4))
         start = {"freqHz": 0.21}
-        shown = truth.by_fmpy(path, "CoSimulation", times, names, start, told)
+        shown = truth.by_fmpy(path, "CoSimulation", times, names, start, inputs)
         speeds = {f"speed {k} [rad/s]": shown[name] for k, name in enumerate(names, start=1)}
         third = "speed 3 [rad/s]"
         speeds[third] = truth.lagged(speeds[third], 0.01, lag) if lag else speeds[third]
-        return {"time [s]": times, "torque [1]": told["inputs"], **speeds}
+        return {"time [s]": times, "torque [1]": inputs["inputs"], **speeds}
 
     return record
 
@@ -147,8 +148,8 @@ def _clutches(lag: float) -> Callable[[Path, int], Signals]:
 def _masses(path: Path, _: int) -> Signals:
     times = np.asarray(0.05 * np.arange(601), np.float64)
     start = {"_D_outputAlias_x2": 1.07, "_D_outputAlias_v1": 0.95}
-    told = truth.by_fmpy(path, "CoSimulation", times, ("x1", "x2"), start)
-    return {"time [s]": times, "first [1]": told["x1"], "second [1]": told["x2"]}
+    values = truth.by_fmpy(path, "CoSimulation", times, ("x1", "x2"), start)
+    return {"time [s]": times, "first [1]": values["x1"], "second [1]": values["x2"]}
 
 
 BOTH = {"position [1]": 0.01, "speed [1]": 0.01}

@@ -30,7 +30,7 @@ STEPS = {"StateSpace3": 1.0, "Dahlquist": 0.1, "Feedthrough": 0.1, "Stair": 0.2}
 ROWS, LONG, FINE = 250, 40, 20
 """Rows of a simulation; where a step is 0.1 s or longer; steps of integration in a row."""
 SWING, SWITCH = 0.2, 20
-"""Share of its start value by which an input swings; rows for which a switch stays."""
+"""Amplitude of an input as a share of its start value; rows for which a switch stays."""
 TOLERANCE = 1e-9
 """Relative, of fmpy's solver CVode in model exchange."""
 FMPY = {"co_simulation": "CoSimulation", "model_exchange": "ModelExchange"}
@@ -139,7 +139,7 @@ def _by_fmpy(
     description = fmpy.read_model_description(str(path), validate=False)
     try:
         with redirect_stdout(StringIO()):  # warnings of inputs that keep their start
-            told = fmpy.simulate_fmu(
+            table = fmpy.simulate_fmu(
                 str(path),
                 validate=False,
                 start_time=0.0,
@@ -155,17 +155,17 @@ def _by_fmpy(
             )
     except Exception as fault:  # fmpy raises plain exceptions
         raise CallFailedError(f"fmpy does not simulate it: {fault}") from fault
-    if len(told) != rows:
-        raise CallFailedError(f"fmpy gives {len(told)} rows, {rows} were asked for")
-    return {p.name: _column(told, p) for p in outputs}
+    if len(table) != rows:
+        raise CallFailedError(f"fmpy gives {len(table)} rows, {rows} were asked for")
+    return {p.name: _column(table, p) for p in outputs}
 
 
 def _variable(own: Port) -> str:
     return own.name.partition("[")[0] if len(own.starts) > 1 else own.name
 
 
-def _column(told: Any, own: Port) -> Floats:
-    column = np.asarray(told[_variable(own)], np.float64)
+def _column(table: Any, own: Port) -> Floats:
+    column = np.asarray(table[_variable(own)], np.float64)
     return column.reshape(len(column), -1)[:, own.index if column.ndim > 1 else 0]
 
 

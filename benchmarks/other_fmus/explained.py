@@ -19,7 +19,7 @@ SEEDS = (1, 2)
 
 
 def explained(case: Case) -> dict[str, Any]:
-    """Record a case, explain it, and return what was said."""
+    """Record a case, explain it, and return the result."""
     folder = FOLDER / "cases" / case.name
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
@@ -73,7 +73,7 @@ def _read(case: Case, path: Path, printed: str) -> dict[str, Any]:
 
 
 def is_right(case: Case, named: list[str], verdict: dict[str, Any]) -> bool:
-    """Tell whether what was planted is named alone or tied, or nothing where nothing is planted."""
+    """Return whether the planted effect is named alone or tied; nothing where none is planted."""
     if not case.right:
         return not (verdict["mismatch"] or {}).get("found")
     tied = [set(names) for names in verdict["equivalents"]]

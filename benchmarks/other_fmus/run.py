@@ -24,10 +24,10 @@ RESULTS = FOLDER / "results"
 PAGE = Path("docs/other_fmus.md")
 
 
-def main(wanted: list[str]) -> None:
+def main(requested: list[str]) -> None:
     """Run the requested cases, all where none is named, and write the page."""
     known = [*(case.name for case in CASES), "page"]
-    if unknown := [name for name in wanted if name not in known]:
+    if unknown := [name for name in requested if name not in known]:
         sys.exit(f"no such case: {', '.join(unknown)}; expected: {', '.join(known)}")
     try:
         fetch()
@@ -35,10 +35,10 @@ def main(wanted: list[str]) -> None:
         print(f"skipped, {PAGE} stays as it is: {reason}")
         return
     RESULTS.mkdir(parents=True, exist_ok=True)
-    if not wanted:
+    if not requested:
         _keep("simulated", [simulated(one) for one in FMUS])
     for case in CASES:
-        if not wanted or case.name in wanted:
+        if not requested or case.name in requested:
             result = explained(case)
             _keep(case.name, result)
             named = ", ".join(result.get("named", [])) or "nothing"
@@ -49,15 +49,15 @@ def main(wanted: list[str]) -> None:
 def simulated(one: Any) -> dict[str, Any]:
     """Return what an FMU is, and how its simulation compares with that of fmpy."""
     fmu = unpacked(one.path)
-    told = fmu.description
-    types = sorted({v.type for v in told.modelVariables})
+    description = fmu.description
+    types = sorted({v.type for v in description.modelVariables})
     return {
         "name": one.name,
-        "tool": str(told.generationTool),
+        "tool": str(description.generationTool),
         "version": fmu.version,
-        "interfaces": [name for name, own in INTERFACES.items() if getattr(told, own)],
+        "interfaces": [name for name, own in INTERFACES.items() if getattr(description, own)],
         "types": types,
-        "arrays": any(v.dimensions for v in told.modelVariables),
+        "arrays": any(v.dimensions for v in description.modelVariables),
         "compared": [asdict(c) for c in compared(one)],
     }
 

@@ -1,4 +1,4 @@
-"""What is recorded of a machine whose FMU is not quite right: simulated without slipbench.
+"""Recordings of a machine whose FMU is not quite right, simulated without slipbench.
 
 By fmpy with other parameters, or, where an effect acts inside, by equations of our own.
 """
@@ -36,7 +36,7 @@ def by_fmpy(
         for name, values in inputs.items():
             table[name] = values
     with redirect_stdout(StringIO()):
-        told: Any = fmpy.simulate_fmu(
+        result: Any = fmpy.simulate_fmu(
             str(path),
             validate=False,
             start_time=0.0,
@@ -50,7 +50,7 @@ def by_fmpy(
             input=table,
             output=list(outputs),
         )
-    return {name: np.asarray(told[name][: times.size], np.float64) for name in outputs}
+    return {name: np.asarray(result[name][: times.size], np.float64) for name in outputs}
 
 
 def integrated(rates: Rates, start: Floats, inputs: Floats, step: float, parts: int) -> Floats:

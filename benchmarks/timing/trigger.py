@@ -1,7 +1,7 @@
 """Time from the rider's button to the first command with authority, repeated, in real time.
 
 The gateway's loop and the virtual motorcycle are processes of their own on the virtual bus. Counted
-are the bus's own time stamps: the end of the frame that tells of the button, and the end of the
+are the bus's own time stamps: the end of the frame that reports the button, and the end of the
 first command with authority. Beside it, turn by turn, a loop that does not listen between its
 ticks: there a period of waiting is in it.
 """

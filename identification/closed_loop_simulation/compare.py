@@ -185,7 +185,7 @@ def _compared(
         step = step_measures(target, slip, TICK) or step
         bandwidths = [tracking_bandwidth(r.target, r.slip, 1 / TICK) for r in swept]
         retard |= {s: float(np.mean([mean_retard(r) for r in seeds[s][name]])) for s in seeds}
-    good, tried, bad = _robust(_varied(motorcycle), file, report)
+    good, evaluated, bad = _robust(_varied(motorcycle), file, report)
     kept, missing, worse = _robust(_with_effects(motorcycle), file, report)
     return Compared(
         name,
@@ -198,7 +198,7 @@ def _compared(
         time_lost(mine["wet road"], best),
         retard,
         {s: error(r, 1.0) for s, r in mine.items()},
-        (good, tried),
+        (good, evaluated),
         (kept, missing),
         (*bad, *worse),
     )
@@ -210,7 +210,7 @@ def _robust(
     """Stable, simulated, and names of the unstable motorcycle variants for setpoint steps."""
     if file is None:
         return 0, 0, ()
-    bad, tried = [], 0
+    bad, evaluated = [], 0
     for name, motorcycle in motorcycles.items():
         report(f"{file.name}: {name}")
         try:
@@ -222,10 +222,10 @@ def _robust(
             )
         except (PlantError, ValueError):
             continue  # this variant has no equilibrium at the operating point
-        tried += 1
+        evaluated += 1
         if not decays(ridden.slip[np.isfinite(ridden.slip)]):
             bad.append(name)
-    return tried - len(bad), tried, tuple(bad)
+    return evaluated - len(bad), evaluated, tuple(bad)
 
 
 def _varied(motorcycle: Motorcycle) -> dict[str, Motorcycle]:

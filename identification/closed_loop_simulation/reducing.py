@@ -1,4 +1,4 @@
-"""A controller that may only reduce torque: its upper limit is what the rider asks for."""
+"""A controller that may only reduce torque: its upper limit is the rider's command."""
 
 from typing import Any
 

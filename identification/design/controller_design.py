@@ -33,7 +33,7 @@ LAWS: dict[str, Callable[[Problem], Designed | NoDesign]] = {
 
 @dataclass(frozen=True)
 class Specification:
-    """What is to be designed.
+    """Specification of a design.
 
     actuator   "throttle", "spark" or "mixed"
     required   stability margins that every run keeps

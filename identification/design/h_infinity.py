@@ -1,7 +1,7 @@
 """Maximum-bandwidth H-infinity design within the stated margins, of the lowest sufficient order.
 
 The requirements are the same for every control law and are checked on the discrete controller; the
-synthesis only provides candidates. Corner frequencies of the sensitivity weight are tried for a few
+synthesis only provides candidates. Corner frequencies of the sensitivity weight are evaluated for a few
 shapes of the weights, because the requirements are not part of the synthesis. Then the order is
 reduced as long as bandwidth and rejection are kept.
 """

@@ -1,4 +1,4 @@
-"""What of a controller file an engine control unit gets: the law and its limits, reducing only.
+"""Export of a controller to an engine control unit: the law and its limits, reducing only.
 
 The rider's throttle and the engine's timing are the upper limits, as in the scenarios with high
 throttle. Governor and prefilter shape a setpoint that moves; here it is constant, so both stay out.

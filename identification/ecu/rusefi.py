@@ -1,4 +1,4 @@
-"""What rusEFI's firmware can carry, as its source code has it.
+"""Limits of rusEFI's firmware, from its source code.
 
 github.com/rusefi/rusefi: controllers/lua (lua.cpp, lua_hooks.cpp, luaconf.h), controllers/actuators/
 electronic_throttle.cpp, controllers/algo/traction_control.cpp, integration/rusefi_config.txt; and

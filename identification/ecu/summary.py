@@ -7,7 +7,7 @@ from slipbench.identification.ecu.replay import AGREES, Replayed
 
 
 def lines(done: Replayed) -> list[str]:
-    """What the script commanded on the recording, and how it differs from the design."""
+    """Command of the script on the recording, and how it differs from the design."""
     known = np.isfinite(done.samples.ratio)
     active = (done.script.throttle < 0.0) | (done.script.spark < 0.0)
     verdict = "same commands" if done.agrees else "DIFFERENT commands"

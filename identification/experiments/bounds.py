@@ -1,4 +1,4 @@
-"""What a designed trial must not exceed: the limits of a trial file, and the straight."""
+"""Bounds of a designed trial: the limits of a trial file, and the straight."""
 
 from dataclasses import dataclass
 

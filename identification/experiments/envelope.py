@@ -1,4 +1,4 @@
-"""How much of each limit a trial uses, in simulation, over what is uncertain of the motorcycle.
+"""How much of each limit a trial uses, in simulation, over the uncertainty of the motorcycle.
 
 The motorcycle is drawn within the 95 % intervals of its parameters and of the sizes of the
 hypotheses, and the rider within the window of the engine speed that arms the trial.

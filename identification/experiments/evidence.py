@@ -1,18 +1,22 @@
 """Evidence that a trial is expected to give between hypotheses.
 
 With y_i what the sensors show under hypothesis i, W the whitening filter of the noise and N the
-sensitivities to everything else that is uncertain (unit priors), hypothesis i is told from j by
+sensitivities to everything else that is uncertain (unit priors), hypothesis i is distinguished from
+j by
 
-    D_ij = E_i min over c, s_j, t_j of  1/2 ( |W (y_i - s_j u_j - V_j t_j) - N c|^2 + |c|^2 + |t_j|^2 )
+    D_ij = E_i min over c, s_j, t_j of  1/2 ( |W (y_i - s_j u_j - V_j t_j) - N c|^2 + |c|^2 +
+    |t_j|^2 )
 
-nats: the expected log-likelihood ratio after j has been fitted as well as it can be, with the vehicle's
-parameters c, its size s_j and its shapes t_j. u_j: response to the effect per typical size. A size is
-not smaller than what is of interest, so that "nothing" and an effect exclude each other. Both are
-linear about the most likely size. The mean over i's own size is taken at two points. A constant offset
-of each sensor counts for nothing: it is among the N, since no trial is needed to see it.
+nats: the expected log-likelihood ratio after j has been fitted as well as it can be, with the
+vehicle's parameters c, its size s_j and its shapes t_j. u_j: response to the effect per typical
+size. A size is not smaller than what is of interest, so that "nothing" and an effect exclude each
+other. Both are linear about the most likely size. The mean over i's own size is taken at two
+points. A constant offset of each sensor counts for nothing: it is among the N, since no trial is
+needed to identify it.
 
-This is T-optimality (Atkinson and Fedorov, Biometrika 62 (1975), 57-70) with priors. Of two directions
-the smaller one counts; of several pairs the sum of ln(1 + D), so that no pair is bought with another.
+This is T-optimality (Atkinson and Fedorov, Biometrika 62 (1975), 57-70) with priors. Of two
+directions the smaller one counts; of several pairs the sum of ln(1 + D), so that no pair is bought
+with another.
 """
 
 from collections.abc import Sequence
@@ -50,12 +54,12 @@ class Evidence:
 
     @property
     def least(self) -> float:
-        """Nats of the pair that is told apart worst."""
+        """Evidence of the pair that is distinguished worst, nats."""
         return min(self.nats.values())
 
 
 def rehearsed(known: Fit, choice: Choice) -> Linearization:
-    """What a trial would show, and what of it the vehicle's uncertain parameters can imitate.
+    """Expected response of a trial, and the part that the uncertain parameters can explain.
 
     known: the calibrated vehicle with the noise of its recordings. Raises ValueError where the
     vehicle has no steady state at the operating point.
@@ -107,8 +111,8 @@ def expected_evidence(linear: Linearization, questions: Sequence[Sequence[Hypoth
 class _Response:
     """Whitened responses to a hypothesis.
 
-    drawn: (rows, k) at the sizes that are averaged over; columns: (rows, dials), per typical size
-    and per deviation of each shape; low, high: of the size
+    drawn: (rows, k) at the sizes that are averaged over; columns: (rows, q), q effect parameters, per
+    typical size and per deviation of each shape; low, high: of the size
     """
 
     drawn: Floats
@@ -155,7 +159,7 @@ def _moved(candidate: Candidate) -> list[Candidate]:
 
 
 def _columns(candidate: Candidate, moved: Floats) -> Floats:
-    """Responses per typical size and per deviation of each shape, (rows, dials). moved: (rows, dials)."""
+    """Responses per typical size and per deviation of each shape, (rows, q). moved: (rows, q)."""
     first, *others = moved.T
     steps = candidate.difference_steps[1:]
     shapes = [(one - first) / step for one, step in zip(others, steps, strict=True)]

@@ -19,7 +19,7 @@ NOTHING = "nothing"
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """What may be true of the motorcycle.
+    """A hypothesis about the motorcycle.
 
     candidate: the effect at its most likely size; None: nothing is missing. spread: standard deviation
     of the size, in typical sizes.
@@ -79,7 +79,7 @@ def hypotheses_of(
 
 
 def stated(one: StatedHypothesis, library: Sequence[type[Effect]], where: str) -> Hypothesis:
-    """Hypothesis of a file. Raises InputError where the library has no such effect or other dials."""
+    """Hypothesis of a file. Raises InputError where the library has no such effect or other parameters."""
     typical = _of(one.effect, library, where)
     candidate = typical.candidate
     if candidate is None:

@@ -1,4 +1,4 @@
-"""A designed trial as a trial file, and what it will tell, in sentences."""
+"""A designed trial as a trial file, and what it is expected to distinguish, in sentences."""
 
 import math
 import os
@@ -44,10 +44,10 @@ def trial_of(designed: Designed, base: BaseTrial, distance: float, folder: Path)
 
 
 def sentence(designed: Designed) -> str:
-    """What the trial is, what it will tell apart, and with how much evidence."""
-    choice, told = designed.choice, "; ".join(_pairs(designed))
+    """The trial, the hypotheses that it will distinguish, and the expected evidence."""
+    choice, pairs = designed.choice, "; ".join(_pairs(designed))
     return (
-        f"{str(choice)[0].upper()}{str(choice)[1:]}, {choice.seconds:g} s: {told};"
+        f"{str(choice)[0].upper()}{str(choice)[1:]}, {choice.seconds:g} s: {pairs};"
         f" {riding_seconds(choice):.0f} s on the straight"
     )
 
@@ -55,10 +55,13 @@ def sentence(designed: Designed) -> str:
 def _pairs(designed: Designed) -> list[str]:
     """Each pair with its nats, expected log-likelihood ratio; the strongest first."""
     by_nats = sorted(designed.evidence.nats.items(), key=lambda item: -item[1])
-    return [f"{_told(*pair)} (expected log-likelihood ratio {n:.3g} nats)" for pair, n in by_nats]
+    return [
+        f"{_distinguished(*pair)} (expected log-likelihood ratio {n:.3g} nats)"
+        for pair, n in by_nats
+    ]
 
 
-def _told(a: str, b: str) -> str:
+def _distinguished(a: str, b: str) -> str:
     a, b = a.replace("_", " "), b.replace("_", " ")
     if NOTHING in (a, b):
         return f"shows whether there is {b if a == NOTHING else a}"

@@ -1,14 +1,15 @@
 """Predictive density of a run under a hypothesis, from the runs before it.
 
-Under a hypothesis the vehicle's parameters and the dials of its effect are fitted to the runs before;
-near that fit both are Gaussian (Laplace). The new run is predicted there, to first order:
+Under a hypothesis the vehicle's parameters and the parameters of its effect are fitted to the runs
+before; near that fit both are Gaussian (Laplace). The new run is predicted there, to first order:
 
     whitened residual  ~  t( N delta,  I + N S N' + Q Q',  FREEDOM )
 
-N: sensitivities to parameters and dials, with their posterior mean delta and covariance S; Q: those to
-the slow unknown of the new run (wind, slope) and to its clocks, with unit priors. Whitening filters and
-their scale are those of the runs before. The multivariate t states that the noise level of a new run
-differs from theirs (scaled inverse chi-square): no residual is so improbable that one run decides alone.
+N: sensitivities to both sets of parameters, with their posterior mean delta and covariance S; Q:
+those to the slow unknown of the new run (wind, slope) and to its clocks, with unit priors.
+Whitening filters and their scale are those of the runs before. The multivariate t states that the
+noise level of a new run differs from theirs (scaled inverse chi-square): no residual is so
+improbable that one run decides alone.
 
 Errors that are serially correlated within segments carry less information than white ones: the
 likelihood of the runs before counts with a power of one over the variance inflation of the fit.
@@ -47,10 +48,10 @@ FREEDOM = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
-    """What the runs before show under a hypothesis.
+    """Posterior from the runs before, under a hypothesis.
 
-    fit: of these runs; mean, factor: of the deviation of coordinates (not of clocks) and dials from
-    it, (k,) and (k, k), the covariance is factor factor'
+    fit: of these runs; mean, factor: of the deviation of coordinates (not of clocks) and effect
+    parameters from it, (k,) and (k, k), the covariance is factor factor'
     """
 
     fit: Fit
@@ -66,7 +67,8 @@ def run_evidence(
 ) -> tuple[RunEvidence, ...]:
     """Logarithmic densities of a run for each question: hypotheses that exclude each other.
 
-    system: as before these runs, with the effects that are not in question; earlier: the runs before.
+    system: as before these runs, with the effects that are not in question; earlier: the runs
+    before.
     """
     before, after = models(system, earlier, [new])
     base = calibrate(before, before.origin())
@@ -95,8 +97,9 @@ def _evidence(run: str, densities: Mapping[str, float | None], power: float) -> 
 def _learnt(base: Fit, hypothesis: Hypothesis, as_stated: bool, power: float) -> Learnt | None:
     """Posterior under a hypothesis; None where it cannot be simulated.
 
-    as_stated: the size keeps its stated prior, or one about its typical value, since the runs before
-    hardly show it: fitted freely it would fall to nothing, and "nothing" and the effect be the same.
+    as_stated: the size keeps its stated prior, or one about its typical value, since the runs
+    before hardly show it: fitted freely it would fall to nothing, and "nothing" and the effect be
+    the same.
     """
     candidate = hypothesis.candidate
     if candidate is None:
@@ -133,7 +136,7 @@ def _beside(base: Fit, candidate: Candidate) -> Fit | None:
 
 
 def _posterior(fit: Fit, off: Floats, spread: Floats, power: float) -> Learnt:
-    """Gaussian about a fit. off: of the dials from their prior means; spread: prior deviations."""
+    """Gaussian about a fit. off: effect parameters less prior means; spread: prior deviations."""
     z, columns = coordinates_of(fit.point), fit.nuisances.columns
     if spread.size:
         columns = np.concatenate((columns, fit.effect_columns), axis=1)
@@ -184,9 +187,9 @@ def _log_scale(fit: Fit) -> float:
     """Logarithm of the determinant of the noise covariance of all rows."""
     return float(
         sum(
-            white.log_determinant(len(rest))
-            for white, rests in zip(fit.noise, fit.residuals, strict=True)
-            for rest in rests
+            white.log_determinant(len(residual))
+            for white, residuals in zip(fit.noise, fit.residuals, strict=True)
+            for residual in residuals
         )
     )
 
@@ -197,10 +200,10 @@ def log_t_density(values: Floats, mean: Floats, columns: Floats) -> float:
     values, mean: whitened, shape (rows,); columns C: shape (rows, k). Kotz and Nadarajah,
     "Multivariate t Distributions and Their Applications", Cambridge 2004, equation 1.1.
     """
-    rest, rows = values - mean, values.size
+    residual, rows = values - mean, values.size
     factor = linalg.cho_factor(columns.T @ columns + np.eye(columns.shape[1]))
-    push = columns.T @ rest
-    square = float(rest @ rest - push @ linalg.cho_solve(factor, push))
+    projection = columns.T @ residual
+    square = float(residual @ residual - projection @ linalg.cho_solve(factor, projection))
     log_determinant = 2.0 * float(np.sum(np.log(np.diag(factor[0]))))
     half = 0.5 * (FREEDOM + rows)
     constant = special.gammaln(half) - special.gammaln(0.5 * FREEDOM)

@@ -1,4 +1,4 @@
-"""What is known after an analysis, read from its folder: vehicle, noise, hypotheses, limits."""
+"""Result of an analysis, read from its folder: vehicle, noise, hypotheses, limits."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ from slipbench.protocol.trial_file import TrialFile
 MEMO = "memo"
 """Folder of the analysis inside the folder of a session."""
 MOST_RUNS = 4
-"""Recordings from which the noise is estimated: more tell hardly more of it."""
+"""Recordings from which the noise is estimated: further ones hardly improve the estimate."""
 
 
 @dataclass(frozen=True)

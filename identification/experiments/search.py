@@ -23,7 +23,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Effort:
-    """How far a search goes.
+    """Effort of a search.
 
     refined: trials of the grid from which the pattern search begins; rounds: of it, in which its steps
     are halved where nothing is better; offered: trials that are held against the drawn motorcycles;
@@ -41,7 +41,7 @@ THOROUGH = Effort()
 
 @dataclass(frozen=True)
 class Problem:
-    """What a trial is designed for.
+    """Problem that a trial is designed for.
 
     known: calibrated vehicle with the noise of its recordings; questions: sets of hypotheses that
     exclude each other; actuators: that may be excited
@@ -175,7 +175,7 @@ def _faster(problem: Problem, choice: Choice, by: float) -> Choice:
 
 
 def _meant(problem: Problem, choice: Choice) -> bool:
-    """Whether a band lies within what commands carry and what the duration shows."""
+    """Whether a band lies within the band of the commands and the resolution of the duration."""
     highest = min(problem.bounds.highest, 25.0)
     if choice.waveform == "square":
         return 2.0 / choice.seconds <= choice.low <= highest / 4.0

@@ -57,9 +57,9 @@ class Asked:
         """Questions that are not settled, with the hypotheses that stand."""
         found = []
         for i, question in enumerate(self.opened.questions):
-            left = standing(self.names[i], self.of(i))
-            if len(left) > 1:
-                found.append(tuple(one for one in question if one.effect in left))
+            remaining = standing(self.names[i], self.of(i))
+            if len(remaining) > 1:
+                found.append(tuple(one for one in question if one.effect in remaining))
         return self.opened.model_copy(update={"questions": tuple(found)})
 
 
@@ -83,49 +83,52 @@ def first_questions(opened: OpenQuestions, analysis: Path, folder: Path) -> Open
     )
 
 
-def evidence_of(asked: Asked, earlier: Sequence[Path], run: Path) -> tuple[RunEvidence, ...]:
+def evidence_of(
+    open_questions: Asked, earlier: Sequence[Path], run: Path
+) -> tuple[RunEvidence, ...]:
     """Evidence of a designed run for each question. earlier: run folders of those before it.
 
     Raises InputError where a recording cannot be used.
     """
-    system = _before(asked)
-    where = str(asked.folder)
+    system = _before(open_questions)
+    where = str(open_questions.folder)
     questions = [
-        [stated(one, system.library, where) for one in each] for each in asked.opened.questions
+        [stated(one, system.library, where) for one in each]
+        for each in open_questions.opened.questions
     ]
-    paths = [*(asked.folder / name for name in asked.opened.runs), *earlier]
+    paths = [*(open_questions.folder / name for name in open_questions.opened.runs), *earlier]
     records = [system.prepare(Piece.of(path).read()) for path in (*paths, run)]
     return run_evidence(system, records[:-1], records[-1], questions)
 
 
-def _before(asked: Asked) -> MotorcycleSystem:
+def _before(open_questions: Asked) -> MotorcycleSystem:
     """The nominal vehicle with its own uncertainties, and the accepted effects not in question.
 
     The parameters of the improved vehicle are not used: the recordings that they were fitted to are
     fitted again, and would count twice.
     """
-    nominal = MotorcycleSystem.load(asked.folder / asked.opened.vehicle)
-    improved = MotorcycleSystem.load(asked.folder / asked.opened.improved)
+    nominal = MotorcycleSystem.load(open_questions.folder / open_questions.opened.vehicle)
+    improved = MotorcycleSystem.load(open_questions.folder / open_questions.opened.improved)
     own = {effect.key for effect in nominal.effects}
     new = [e for e in improved.effects if e.key not in own]
-    effects = [e for e in (*nominal.effects, *new) if e.key not in asked.opened.contested]
+    effects = [e for e in (*nominal.effects, *new) if e.key not in open_questions.opened.contested]
     bike = replace(nominal.vehicle.motorcycle, effects=tuple(effects))
     return replace(nominal, vehicle=replace(nominal.vehicle, motorcycle=bike))
 
 
-def lines_of(asked: Asked) -> tuple[str, ...]:
-    """What the evidence says of each question, in a line each."""
-    return tuple(_line(names, asked.of(i)) for i, names in enumerate(asked.names))
+def lines_of(open_questions: Asked) -> tuple[str, ...]:
+    """Evidence on each question, one line each."""
+    return tuple(_line(names, open_questions.of(i)) for i, names in enumerate(open_questions.names))
 
 
 def _line(names: Sequence[str], runs: Sequence[RunEvidence]) -> str:
     values = log_e_values(names, runs)
-    left = standing(names, runs)
+    remaining = standing(names, runs)
     against = ", ".join(f"{_words(name)} {_e_value(values[name])}" for name in names)
-    if len(left) == 1:
-        result = f"{_words(left[0])} stands, the others are rejected"
-    elif left:
-        result = f"open: {' or '.join(map(_words, left))}"
+    if len(remaining) == 1:
+        result = f"{_words(remaining[0])} stands, the others are rejected"
+    elif remaining:
+        result = f"open: {' or '.join(map(_words, remaining))}"
     else:
         result = "all are rejected: something else is missing"
     return f"{result} (e-values against: {against}; rejected from {1 / LEVEL:.0f} on)"

@@ -1,7 +1,7 @@
 """Throttle or spark: what each can do for a slip controller, from two measured first harmonics.
 
 Both are put on one footing as in figure 11 of Corno and Savaresi 2009: gain 1 at low frequency,
-dead time taken off. The delays come from the recordings (`delay_profile`) unless they are given.
+dead time removed. The delays come from the recordings (`delay_profile`) unless they are given.
 
     found = compare_actuators(throttle.main, spark.main)     # Comparison or NoComparison
     found.lead, found.lead_band                # degrees at w_c by which the spark is ahead
@@ -71,7 +71,7 @@ class Actuator:
         return float(np.hypot(own, late))
 
     def lags_by(self, degrees: float, delayed: bool = False) -> float:
-        """First frequency at which the phase has fallen by so much, Hz; NaN where none is seen."""
+        """First frequency at which the phase has fallen by so much, Hz; NaN where it does not."""
         grid = np.linspace(0, self.highest, POINTS)[1:]
         below = np.flatnonzero(self.phase(grid, delayed) <= -degrees)
         return float(grid[below[0]]) if below.size else float("nan")
@@ -148,9 +148,9 @@ def actuator(
         return NoComparison(lines.reason)
     band = reliable_band(response)
     if band is None or band[0] > LOW * cutoff or band[1] < cutoff:
-        seen = f"{band[0]:.1f} to {band[1]:.1f} Hz" if band else "nothing"
+        reliable = f"{band[0]:.1f} to {band[1]:.1f} Hz" if band else "nothing"
         return NoComparison(
-            f"from {response.input} {seen} is reliable, "
+            f"from {response.input} {reliable} is reliable, "
             f"{LOW * cutoff:g} to {cutoff:g} Hz are needed"
         )
     choice = choose_order(lines, all_pole())

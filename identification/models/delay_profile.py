@@ -1,21 +1,21 @@
-"""The cost of a fit against the dead time that it is given: what a recording knows of a delay.
+"""The cost of a fit against the dead time that it is given: the delay that a recording identifies.
 
     profile = delay_profile(choose_order(lines, all_pole()))
     profile.delay, profile.low, profile.high       # s, 95 % interval
 
-A zero in the right half plane is a delay in disguise: (1 - s d/2) / (1 + s d/2) is nearly e^(-s d).
-So "the" delay is the one beside which the rest is minimum phase; other points of the profile are
-kept for the figure, not for the interval. The delay is that of the order of least description
-length, which finds a finite order ever more surely where AIC keeps to a sixth of needless poles
-(Schwarz 1978), and each needless pole takes delay upon itself. The interval is where the best of
-the orders within two nats loses less than 1.92 nats, its parameters counted: it holds the doubt
-about the order too (profile likelihood, Wilks 1938).
+A zero in the right half plane acts like a delay: (1 - s d/2) / (1 + s d/2) is nearly e^(-s d).
+So "the" delay is the one beside which the remainder is minimum phase; other points of the profile
+are kept for the figure, not for the interval. The delay is that of the order of least description
+length, which finds a finite order ever more surely where AIC keeps a sixth of the needless poles
+(Schwarz 1978), and each needless pole takes up a part of the delay. The interval is where the best
+of the orders within two nats loses less than 1.92 nats, its parameters counted: it includes the
+uncertainty of the order too (profile likelihood, Wilks 1938).
 
-A pair of zeros in the left half plane buys delay just as well, so the orders that are offered
-matter: `model_order.all_pole` are those of a chain of lags and springs without a path around it,
-as from throttle or spark to slip. And a lag shorter than the band can show is delay to it: where
-the filling time of the intake is known, take it off first (`independent_lines.without`). A lag
-that is taken off wrongly by 1 ms moves the delay by 1 ms: its doubt is the delay's.
+A pair of zeros in the left half plane is confounded with delay too, so the candidate orders
+matter: `model_order.all_pole` are those of a chain of lags and springs without a path around it, as
+from throttle or spark to slip. A pole well above the band is indistinguishable from delay: where
+the filling time of the intake is known, remove it first (`independent_lines.without`). A lag that
+is removed with an error of 1 ms moves the delay by 1 ms: its uncertainty adds to the delay's.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ from slipbench.protocol.recording.channel import FloatArray
 
 DROP = float(stats.chi2.ppf(0.95, 1)) / 2  # nats
 POINTS = 31
-FELT = np.radians(1.0)  # phase at the top of the band below which a zero cannot be seen
+FELT = np.radians(1.0)  # phase at the top of the band below which a zero is not identifiable
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class OrderProfile:
     """One order over the grid.
 
     cost           (m,) chi-square
-    minimum_phase  (m,) whether the rest has no zero in the right half plane that could be seen
+    minimum_phase  (m,) whether the remainder has no identifiable zero in the right half plane
     penalty        nats for the parameters
     """
 
@@ -83,7 +83,7 @@ def delay_profile(
 ) -> DelayProfile | NoDelay:
     """Profile the delay over every order within `nats` of the best, and the shortest to report.
 
-    doubt: s, standard deviation of the lags that were taken off beforehand (`KnownPath.doubt`).
+    doubt: s, standard deviation of the lags that were removed beforehand (`KnownPath.doubt`).
     """
     rows, short = choice.within(nats), choice.best_by_mdl
     rows = rows if short in rows else (*rows, short)

@@ -29,7 +29,7 @@ class Experiment:
     part      slice in which the excitation lasted
     speed     m/s, mean over that
     signal    by name, (n,): "command" and what a switched model may look at, where it was measured
-    resting   share of each signal's swing below which it counts as zero, and the mode stays
+    resting   share of each signal's amplitude below which it counts as zero, and the mode stays
     """
 
     u: FloatArray
@@ -81,7 +81,7 @@ def experiment_of(found: Identification) -> Experiment | NoExperiment:
 
 
 def torque_rate(position: FloatArray, rate: float) -> FloatArray:
-    """How fast the engine's torque is being changed: where torque is not measured, by the throttle.
+    """Rate of the engine's torque: where torque is not measured, by the throttle.
 
     position: (n,), what the actuator says that it did. Returns its rate, zero where it rests.
     """
@@ -94,7 +94,7 @@ def twist(engine_speed: FloatArray, driven: FloatArray, rate: float) -> FloatArr
     """Twist of the driveline about its slow mean, in the unit of `driven` times s.
 
     Crank speed over the overall ratio less the wheel's speed, integrated; the ratio is the one at
-    which both turn alike over the trial. engine_speed: rad/s; driven: m/s; both (n,).
+    which both speeds agree over the trial. engine_speed: rad/s; driven: m/s; both (n,).
     """
     ratio = float(engine_speed @ driven / (engine_speed @ engine_speed))
     wound = np.cumsum(engine_speed * ratio - driven) / rate

@@ -1,4 +1,4 @@
-"""How well a model predicts held-out runs."""
+"""Prediction of held-out runs by a model."""
 
 from dataclasses import dataclass
 
@@ -29,7 +29,7 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Rest:
-    """Where input and output stood before the runs that a model was fitted to."""
+    """Input and output before the runs that a model was fitted to."""
 
     u: float
     y: float

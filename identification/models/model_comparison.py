@@ -24,7 +24,7 @@ from slipbench.identification.response.swept_run import SweptRun, swept_run
 from slipbench.identification.signals.samples import BoolArray
 from slipbench.protocol.recording.channel import FloatArray
 
-TREND = 5  # terms of the polynomial that is taken off a trial: speed drifts, the slip's level too
+TREND = 5  # terms of the polynomial removed from a trial: speed drifts, the slip's level too
 BLOCK = 1.0  # s; errors a block apart count as independent
 DRAWS, SEED = 2000, 1
 KNOWN = 0.5  # greatest band beside the first harmonic at which a line is compared
@@ -62,7 +62,7 @@ class Row:
 
     @property
     def better(self) -> bool:
-        """Whether it beats the first model beyond doubt."""
+        """Whether it is significantly better than the first model."""
         return self.interval[1] < 1
 
 
@@ -112,7 +112,7 @@ def nrmse(run: Experiment, predicted: FloatArray) -> float:
 
 
 def left(run: Experiment, predicted: FloatArray) -> FloatArray:
-    """What a prediction leaves of the slip while the excitation lasts, (n,)."""
+    """Residual of a prediction of the slip while the excitation lasts, (n,)."""
     return without_trend(run.y - predicted, run.part)
 
 

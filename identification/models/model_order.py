@@ -1,4 +1,4 @@
-"""How many poles and zeros a response supports: every order that fits as well as the best.
+"""Number of poles and zeros that a response supports: every order that fits as well as the best.
 
     choice = choose_order(lines)
     choice.best.fit.model                          # least AIC
@@ -38,7 +38,7 @@ class Criteria:
 
 @dataclass(frozen=True)
 class Row(Generic[Fit]):
-    """One order: its fit, what the criteria say, and its AIC above the least, in nats."""
+    """One order: its fit, its criteria, and its AIC above the least, in nats."""
 
     order: Order
     fit: Fit
@@ -48,7 +48,7 @@ class Row(Generic[Fit]):
 
 @dataclass(frozen=True)
 class OrderChoice(Generic[Fit]):
-    """All orders that were tried, the least AIC first."""
+    """All candidate orders, the least AIC first."""
 
     rows: tuple[Row[Fit], ...]
 
@@ -108,7 +108,7 @@ def choose_order(
 
 
 def doubted(choice: OrderChoice[RationalFit]) -> RationalFit:
-    """The fit of least description length, with the doubt about its order.
+    """The fit of least description length, with the uncertainty of its order.
 
     Half the difference in description length is near the logarithm of the odds of two orders
     (Schwarz 1978).
@@ -128,13 +128,13 @@ def doubted(choice: OrderChoice[RationalFit]) -> RationalFit:
 def resolved(of: RationalModel, lines: Lines) -> bool:
     """Whether every resonance inside the band is as wide as the spacing of the lines."""
     spacing = float(np.median(np.diff(lines.frequency)))
-    swinging = of.poles[np.abs(of.poles.imag) > np.abs(of.poles.real)]
-    inside = np.abs(swinging) <= 2 * np.pi * lines.frequency[-1]
-    return bool(np.all(2 * np.abs(swinging.real[inside]) >= 2 * np.pi * spacing))
+    oscillatory = of.poles[np.abs(of.poles.imag) > np.abs(of.poles.real)]
+    inside = np.abs(oscillatory) <= 2 * np.pi * lines.frequency[-1]
+    return bool(np.all(2 * np.abs(oscillatory.real[inside]) >= 2 * np.pi * spacing))
 
 
 def ranked(rows: list[Row[Fit]]) -> OrderChoice[Fit]:
-    """Sort rows by AIC and say how far each is above the least."""
+    """Sort rows by AIC and add the difference to the least."""
     least = min(row.criteria.aic for row in rows)
     placed = [Row(row.order, row.fit, row.criteria, (row.criteria.aic - least) / 2) for row in rows]
     return OrderChoice(tuple(sorted(placed, key=lambda row: row.nats)))
@@ -150,7 +150,7 @@ def of_likelihood(chi_square: float, parameters: int, samples: int) -> Criteria:
 
 
 def of_residuals(cost: float, parameters: int, samples: int) -> Criteria:
-    """Criteria where the variance is what the fit leaves. cost: sum of squares."""
+    """Criteria where the variance is that of the residuals. cost: sum of squares."""
     spread = samples * float(np.log(max(cost, 1e-300) / samples))
     return Criteria(
         _fpe(cost / samples, parameters, samples),

@@ -1,15 +1,15 @@
 """A rational function with delay fitted in time: for runs too short for their resonances.
 
 A run of a few seconds has few lines, and a response that rings for as long has no smooth spectrum:
-local polynomials then bend it. Simulated from rest, a model has no window and no leakage. Output
-error (Ljung, System Identification, 2nd ed., section 4.2): the least sum of squares of what was
-measured less what the model answers, from several starts. What is left is mostly not noise but what
-no linear function says, so orders are compared over the independent samples that the excited band
-holds, 2 B T of each different run, and not over all that were stored.
+local polynomials then bias it. Simulated from rest, a model has no window and no leakage. Output
+error (Ljung, System Identification, 2nd ed., section 4.2): the least sum of squares of the
+measured less the simulated output, from several starts. The residual is mostly not noise but
+what no linear function describes, so orders are compared over the independent samples that the
+excited band holds, 2 B T of each different run, and not over all that were stored.
 
-A band that does not reach to zero does not determine where an output comes to rest: an acceleration that
-follows no steady input would be given a steady gain. So the best orders are tried with a zero at
-s = 0 too, and taken so where that describes the runs as shortly.
+A band that does not reach to zero does not determine where an output comes to rest: an acceleration
+that follows no steady input would be given a steady gain. So the best orders are also fitted with a
+zero at s = 0, and this form is selected where its description length is as short.
 
     found = output_error(u, y, rate, band, names)       # OutputError; found.model
 """
@@ -55,7 +55,7 @@ class TimeFit:
 
 @dataclass(frozen=True)
 class OutputError:
-    """Every order that was tried, and the one of least description length."""
+    """All candidate orders, and the one of least description length."""
 
     choice: OrderChoice[TimeFit]
     independent: int  # samples
@@ -92,7 +92,7 @@ def output_error(
             fit = _best(different, target, rate, order, pace, band, names, independent)
             rows.append(Row(order, fit, _criteria(fit, independent)))
         if min(row.criteria.mdl for row in rows if row.order.poles == poles) > before:
-            break  # one more pole was not worth its description
+            break  # one more pole does not reduce the description length
     for row in ranked(rows).within() if rows else ():
         if row.order.zeros:
             fit = _at_rest(row.fit, different, target, rate, names, independent)
@@ -115,11 +115,11 @@ def _at_rest(
     low, high = _bounds(of.order, LONGEST * u.shape[1] / rate * of.pace)
     problem = _Problem(of.order, u, target, rate / of.pace)
 
-    def left(z: FloatArray) -> FloatArray:
-        return problem.left(_filled(free, z))
+    def residuals(z: FloatArray) -> FloatArray:
+        return problem.residuals(_filled(free, z))
 
     found = optimize.least_squares(
-        left,
+        residuals,
         np.clip(of.x[free], low[free] + 1e-9, high[free] - 1e-9),
         bounds=(low[free], high[free]),
         x_scale="jac",
@@ -154,34 +154,34 @@ def _best(
 ) -> TimeFit:
     longest = LONGEST * u.shape[1] / rate * pace
     low, high = _bounds(order, longest)
-    left = _Problem(order, u, target, rate / pace).left
-    tried = []
+    residuals = _Problem(order, u, target, rate / pace).residuals
+    fits = []
     for share in STARTS:
         start = np.clip(_start(u, target, rate, order, pace, band, share * longest), low, high)
         inner = np.clip(start, low + 1e-9, high - 1e-9)
-        tried.append(
+        fits.append(
             optimize.least_squares(
-                left, inner, bounds=(low, high), x_scale="jac", max_nfev=EVALUATIONS
+                residuals, inner, bounds=(low, high), x_scale="jac", max_nfev=EVALUATIONS
             )
         )
-    found = min(tried, key=lambda f: float(f.cost))
+    found = min(fits, key=lambda f: float(f.cost))
     error, covariance = _sure(found, target.size, independent)
     return TimeFit(order, model(found.x, order, pace, names), found.x, covariance, pace, error)
 
 
 @dataclass(frozen=True)
 class _Problem:
-    """What is to be explained, at `rate` samples a unit of time."""
+    """Input and output that are fitted, at `rate` samples a unit of time."""
 
     order: Order
     u: FloatArray
     target: FloatArray
     rate: float
 
-    def left(self, x: FloatArray) -> FloatArray:
-        """What the model leaves, (runs * n,)."""
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """Residuals of the model, (runs * n,)."""
         with np.errstate(all="ignore"):
-            error = answer(x, self.order, self.u, self.rate) - self.target
+            error = response_of(x, self.order, self.u, self.rate) - self.target
         return np.asarray(np.nan_to_num(error, nan=1e6, posinf=1e6, neginf=-1e6).ravel())
 
 
@@ -224,7 +224,7 @@ def _start(
     return first_guess(s, value, np.sqrt(power / power.max()), order, delay)
 
 
-def answer(x: FloatArray, order: Order, u: FloatArray, rate: float) -> FloatArray:
+def response_of(x: FloatArray, order: Order, u: FloatArray, rate: float) -> FloatArray:
     """Simulate from rest. u: (runs, n), held between samples at `rate` samples a unit of time."""
     n = order.poles
     a, b = np.exp(x[1 : 1 + n]), x[1 + n :]

@@ -1,13 +1,13 @@
-"""A rational function with delay by maximum likelihood, and how sure it is.
+"""A rational function with delay by maximum likelihood, with its uncertainty.
 
     lines = independent_lines(response)
     fit = fit_order(lines, Order(poles=3, zeros=0))
     fit.model, fit.chi_square_ratio, fit.modes, fit.response(frequency), fit.band(frequency)
 
-What is slow beside the band, as the speed's drift is, acts there as one factor: (s + z) / (s + p)
-with z, p far below the lowest line is 1 + drift / s, drift = z - p. It is fitted with the rest and
-kept out of the model: left unsaid it moves a resonance by tenths of a percent (0.12 % for a pole at
-0.17 1/s under lines from 0.8 Hz), which is more than a quiet recording doubts.
+Slow dynamics below the band, such as the speed's drift, act there as one factor: (s + z) / (s + p)
+with z, p far below the lowest line is 1 + drift / s, drift = z - p. It is fitted jointly and
+kept out of the model: if omitted it moves a resonance by tenths of a percent (0.12 % for a pole at
+0.17 1/s under lines from 0.8 Hz), which is more than the uncertainty of a quiet recording.
 
 Starts from Sanathanan and Koerner over several delays; then damped Gauss-Newton on
 sum |G_i - G(f_i)|^2 / (deviation_i^2 / 2), which for complex normal errors is chi-square with
@@ -65,7 +65,7 @@ class RationalFit:
     chi_square     sum of squared errors over their variances
     freedom        real degrees of freedom: two a line, less the free parameters
     rivals         (weight, fit) of other orders that might be the true one; the weights and this
-                   fit's own are 1 together. Bands and modes hold the doubt about the order too
+                   fit's own are 1 together. Bands and modes include the uncertainty of the order
     """
 
     order: Order
@@ -99,7 +99,7 @@ class RationalFit:
 
     @property
     def drift(self) -> tuple[float, float]:
-        """Zero less pole of what is slow beside the band, and its standard deviation, rad/s."""
+        """Zero less pole of the slow dynamics below the band, and its standard deviation, rad/s."""
         return float(self.x[-1]) * self.pace, float(np.sqrt(self.covariance[-1, -1])) * self.pace
 
     @property
@@ -111,7 +111,7 @@ class RationalFit:
         return tuple(_doubted(mode, others) for mode in own)
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """What a measurement at `frequency` (Hz, in the band) would show, drift included."""
+        """Expected measurement at `frequency` (Hz, in the band), drift included."""
         return drifting(self.x, _laplace(frequency, self.pace), self.order)[0]
 
     def band(self, frequency: FloatArray) -> FloatArray:
@@ -271,7 +271,7 @@ def _single(fit: RationalFit) -> Mode:
 
 
 def mixed(own: FloatArray, others: list[tuple[float, FloatArray, FloatArray]]) -> FloatArray:
-    """Half width, (n,), of 95 % under doubt between models.
+    """Half width, (n,), of 95 % with model uncertainty.
 
     own: (n,) half width of this model; others: weight (1), half width (n,) and distance (n,) of each
     other one. The estimate is distributed as a mixture of normal distributions, and the half width is
@@ -299,9 +299,9 @@ def _doubted(mode: Mode, others: list[tuple[float, tuple[Mode, ...]]]) -> Mode:
     """Widen a mode's deviations by the same mode in other orders, where they have it."""
     same = []
     for weight, modes in others:
-        alike = [m for m in modes if m.single == mode.single]
-        if alike:
-            nearest = min(alike, key=lambda m: abs(np.log(m.frequency / mode.frequency)))
+        same_kind = [m for m in modes if m.single == mode.single]
+        if same_kind:
+            nearest = min(same_kind, key=lambda m: abs(np.log(m.frequency / mode.frequency)))
             same.append((weight, nearest))
     frequency = _deviation(
         mode.frequency_deviation,
@@ -327,7 +327,7 @@ def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:
 
 
 def with_path(fit: RationalFit, path: KnownPath) -> RationalModel:
-    """The model of a response that had a known path taken off it."""
+    """The model of a response from which a known path was removed."""
     found = fit.model
     poles = np.concatenate((found.poles, [-1 / lag for lag in path.lags]))
     zeros = np.concatenate((found.zeros, [-1 / lead for lead in path.leads]))

@@ -1,9 +1,9 @@
-"""A rational function of s behind a dead time: what a traction-control design takes away.
+"""A rational function of s behind a dead time: the plant model of a traction-control design.
 
 G(s) = gain prod(s - z_i) / prod(s - p_i) e^(-s delay)
 
 model.response(np.array([1.0, 5.0]))      # complex, at Hz
-model.simulate(u, rate=1000.0)            # answer to an input that is held between samples
+model.simulate(u, rate=1000.0)            # response to an input that is held between samples
 model.to_control()                        # python-control, the delay left in model.delay
 model.to_control(pade=3)                  # the delay as an all-pass of third order
 """

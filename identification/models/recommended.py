@@ -24,7 +24,7 @@ class Recommended:
     """A rational function behind a delay, with all that it was chosen among.
 
     response  that it was fitted to
-    choice    every order that was tried, the least AIC first
+    choice    all candidate orders, the least AIC first
     fit       the one that is recommended
     delay     with its interval, over all orders that the data do not distinguish
     chain     whether zeros were not needed
@@ -38,7 +38,7 @@ class Recommended:
 
     @property
     def adequate(self) -> bool:
-        """Whether what the model leaves may be noise alone."""
+        """Whether the residual may be noise alone."""
         return self.fit.adequate >= REJECTED
 
     @property

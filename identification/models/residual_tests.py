@@ -94,7 +94,7 @@ def residual_tests(
 
 
 def in_band(x: FloatArray, rate: float, band: tuple[float, float]) -> ComplexArray:
-    """Lines of the transform of x, (n,), in a band, after what is slower than the band is taken off."""
+    """Lines of the transform of x, (n,), in a band, after the slower part is removed."""
     f = np.fft.rfftfreq(x.size, 1 / rate)
     return np.asarray(np.fft.rfft(without_slow(x, rate, band[0]))[(f >= band[0]) & (f <= band[1])])
 

@@ -62,7 +62,7 @@ class Root:
 
 def roots_with_intervals(fit: RationalFit) -> tuple[tuple[Root, ...], tuple[Root, ...]]:
     """Poles and zeros with positive or no imaginary part; the conjugates mirror them."""
-    return _with_doubt(fit, "poles"), _with_doubt(fit, "zeros")
+    return _with_order_uncertainty(fit, "poles"), _with_order_uncertainty(fit, "zeros")
 
 
 def real_poles(fit: RationalFit) -> list[tuple[float, float]]:
@@ -80,7 +80,7 @@ def oscillating(fit: RationalFit) -> list[Mode]:
     return [mode for mode in fit.modes if not mode.single and mode.damping < 1.0]
 
 
-def _with_doubt(fit: RationalFit, kind: str) -> tuple[Root, ...]:
+def _with_order_uncertainty(fit: RationalFit, kind: str) -> tuple[Root, ...]:
     others = [(weight, _of_order(rival, kind)) for weight, rival in fit.rivals]
     return tuple(_widened(root, others) for root in _of_order(fit, kind))
 
@@ -107,9 +107,9 @@ def _widened(root: Root, others: list[tuple[float, tuple[Root, ...]]]) -> Root:
     """Root with the variance of a mixture over the orders that have such a root."""
     same = []
     for weight, roots in others:
-        alike = [one for one in roots if one.real == root.real]
-        if alike:
-            same.append((weight, min(alike, key=lambda one: abs(one.value - root.value))))
+        same_kind = [one for one in roots if one.real == root.real]
+        if same_kind:
+            same.append((weight, min(same_kind, key=lambda one: abs(one.value - root.value))))
     covariance = (1 - sum(weight for weight, _ in same)) * root.covariance
     for weight, one in same:
         apart = np.array([one.value.real - root.value.real, one.value.imag - root.value.imag])

@@ -2,7 +2,8 @@
 
 All trials are fitted at once. With x = ln(v / v_0), gain, pole and driveline resonance follow
 polynomials in x (logarithms, so that they stay positive); what belongs to the actuator, its
-resonance and the dead time, does not know the speed. One gear: another gear is another inertia.
+resonance and the dead time, does not depend on the speed. One gear: another gear is another
+inertia.
 
     fit = fit_scheduled([Trial(speed, response) for ...])     # ScheduledFit or NoSchedule
     fit.at(48.0)                                              # a linear model, SwitchedModel

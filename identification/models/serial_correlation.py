@@ -58,8 +58,9 @@ def serial_covariance(
     smooth = expected * white
     excess = float(z @ M @ z) - white * float(np.trace(M)) - smooth * float(np.sum(M * K))
     by_chance = 2 * white**2 * float(np.sum(M * M))  # variance of the excess
-    sure = max(0.0, 1 - by_chance / excess**2) if excess > 0 else 0.0
-    told, most = float(np.sum(M * K)), 2 * float(z @ z) / max(2 * n - inner.shape[0], 1)
-    # Smooth errors hold no more than all residuals do; few lines beside many parameters tell nothing.
-    theta = smooth + (min(sure * excess / told, most) if told > 0 else 0.0)
+    shrinkage = max(0.0, 1 - by_chance / excess**2) if excess > 0 else 0.0
+    information, most = float(np.sum(M * K)), 2 * float(z @ z) / max(2 * n - inner.shape[0], 1)
+    # Smooth errors hold no more than all residuals do; few lines beside many parameters carry no
+    # information on them.
+    theta = smooth + (min(shrinkage * excess / information, most) if information > 0 else 0.0)
     return np.asarray(inner @ (white * (J.T @ J) + theta * (J.T @ K @ J)) @ inner)

@@ -20,7 +20,7 @@ LEAST, GREATEST = np.log(1e-3), np.log(1e3)  # of the denominator's coefficients
 
 @dataclass(frozen=True, order=True)
 class Order:
-    """How many poles and zeros a rational function has.
+    """Number of poles and zeros of a rational function.
 
     at_rest  how many of the zeros are held at s = 0: what moves only while its input changes
     """

@@ -65,8 +65,8 @@ def _of_order(fit: RationalFit, time: FloatArray) -> tuple[FloatArray, FloatArra
 
 def _within_band(fit: RationalFit) -> bool:
     poles = fit.model.poles
-    swinging = np.abs(poles[np.abs(poles.imag) > np.abs(poles.real)])
-    return bool(np.all(swinging <= ABOVE * 2 * np.pi * fit.lines.frequency[-1]))
+    oscillatory = np.abs(poles[np.abs(poles.imag) > np.abs(poles.real)])
+    return bool(np.all(oscillatory <= ABOVE * 2 * np.pi * fit.lines.frequency[-1]))
 
 
 def _settled(fit: RationalFit) -> float:

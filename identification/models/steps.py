@@ -1,6 +1,6 @@
 """Step responses from a square wave: opening and closing steps, aligned at the echoed command.
 
-Each full swing of the command is one experiment. Averaged, they show what differs between opening
+Each full step of the command is one experiment. Averaged, they show what differs between opening
 and closing; their scatter gives the uncertainty (Corno and Savaresi 2009, steps of figure 8).
 
     found = identify(run_folder.read(path))
@@ -21,8 +21,8 @@ from slipbench.identification.signals.trial_window import NoExcitation
 from slipbench.protocol.recording.channel import FloatArray
 
 BEFORE = 0.10  # s kept before a step
-FEWEST = 4  # steps in each direction; fewer have no scatter to judge by
-MOVED = 0.01  # of the swing: less is rest
+FEWEST = 4  # steps in each direction; fewer give no variance estimate
+MOVED = 0.01  # of the amplitude: less is rest
 SHORTEST = 0.30  # s between two steps, so that the response to one is over at the next
 
 
@@ -57,7 +57,7 @@ class Bundle:
 class Steps:
     """Opening and closing steps on one time axis.
 
-    time  (n,) s, zero where the command passes the middle of its swing; rate: Hz
+    time  (n,) s, zero where the command passes the middle of its range; rate: Hz
     """
 
     time: FloatArray
@@ -91,7 +91,7 @@ def steps_of(found: Identification, output: str = "slip") -> Steps | NoSteps:
 def step_responses(u: FloatArray, y: FloatArray, rate: float) -> Steps | NoSteps:
     """Cut opening and closing steps out of a square wave's command and the response.
 
-    u, y: (n,) without unknown samples; rate: Hz. Only swings over the whole height count, so that
+    u, y: (n,) without unknown samples; rate: Hz. Only steps over the full range count, so that
     the first step from the middle and the last back to it are left out.
     """
     rising, falling = _crossings(u)
@@ -140,7 +140,7 @@ def pooled(parts: Sequence[Steps]) -> Steps:
 def _crossings(u: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Sample positions, fractions included, at which the command changes its level: up, down.
 
-    A level is the outer quarter of the swing; rest in the middle is none.
+    A level is the outer quarter of the range; rest in the middle is none.
     """
     low, high = np.percentile(u, (10, 90))
     above = u - (low + high) / 2

@@ -44,27 +44,27 @@ class Study:
 def study_of(found: Identification) -> Study:
     """Model every response to slip, or to the selected output, and validate the models; find the harmonics where a sweep excited."""
     output = found.main.output if found.main else "slip"
-    tried = [(one, recommended(one)) for one in found.responses if one.output == output]
-    models = tuple(model for _, model in tried if isinstance(model, Recommended))
-    left = [
+    models_or_reasons = [(one, recommended(one)) for one in found.responses if one.output == output]
+    models = tuple(model for _, model in models_or_reasons if isinstance(model, Recommended))
+    omitted = [
         LeftOut(f"model from {response.input} to {response.output}", why.reason)
-        for response, why in tried
+        for response, why in models_or_reasons
         if isinstance(why, NoRational)
     ]
     checked = [validated(found, one) for one in models]
     validations = tuple(one for one in checked if isinstance(one, Validation))
-    left += [
+    omitted += [
         LeftOut(f"validation of the model from {one.input} to {one.output}", one.reason)
         for one in checked
         if isinstance(one, NoValidation)
     ]
     if output != "slip" or found.main is None:
-        return Study(models, None, tuple(left), validations)
+        return Study(models, None, tuple(omitted), validations)
     distorted = _harmonics(found)
     if isinstance(distorted, DescribingFunction):
-        return Study(models, distorted, tuple(left), validations)
-    left.append(LeftOut("higher harmonics of the slip", distorted.reason))
-    return Study(models, None, tuple(left), validations)
+        return Study(models, distorted, tuple(omitted), validations)
+    omitted.append(LeftOut("higher harmonics of the slip", distorted.reason))
+    return Study(models, None, tuple(omitted), validations)
 
 
 def _harmonics(found: Identification) -> DescribingFunction | NoHarmonics | NoSweep:

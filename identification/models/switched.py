@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import control
 
 IntArray = npt.NDArray[np.int64]
-STILL = 1e-9  # of the command's swing per sample; slower counts as rest, which keeps the direction
+STILL = 1e-9  # of the command's amplitude per sample; slower is rest and keeps the direction
 
 
 @dataclass(frozen=True)

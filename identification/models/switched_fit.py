@@ -32,7 +32,7 @@ LEAST_GAIN = 1e-12
 
 @dataclass(frozen=True)
 class SwitchedFit:
-    """A model with what is known of its error.
+    """A model with the uncertainty of its parameters.
 
     names       of the parameters: "opening.gain", "closing.pole", "frequency 1", "delay" ...
     value       (p,) SI: output per input, s, rad/s, 1; covariance: (p, p) of them
@@ -104,10 +104,12 @@ class _Problem:
 
     def residual(self, p: FloatArray, pairs: int) -> FloatArray:
         model = _model(p, pairs)
-        left = [side.mean - self._answer(model, k, side) for k, side in enumerate(self.sides)]
-        return np.asarray(self.cut(np.stack(left)[None])[0] / self.scale)
+        residuals = [
+            side.mean - self._response(model, k, side) for k, side in enumerate(self.sides)
+        ]
+        return np.asarray(self.cut(np.stack(residuals)[None])[0] / self.scale)
 
-    def _answer(self, model: SwitchedModel, mode: int, side: Bundle) -> FloatArray:
+    def _response(self, model: SwitchedModel, mode: int, side: Bundle) -> FloatArray:
         u = side.input.mean(axis=0)
         modes = np.full(u.size, mode) if self.modes is None else self.modes[mode]
         return simulate(model, u, modes, self.steps.rate, self.lag)
@@ -124,8 +126,8 @@ class _Problem:
     def cut(self, y: FloatArray) -> FloatArray:
         """Take the slow part off; keep every few samples. y: (k, 2, n), opening and closing."""
         flat = y.reshape(len(y), -1)
-        left = flat - flat @ self.slow.T @ self.slow
-        return np.asarray(left.reshape(y.shape)[..., ::SPACING].reshape(len(y), -1))
+        residual = flat - flat @ self.slow.T @ self.slow
+        return np.asarray(residual.reshape(y.shape)[..., ::SPACING].reshape(len(y), -1))
 
     @property
     def sides(self) -> tuple[Bundle, Bundle]:

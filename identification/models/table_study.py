@@ -62,10 +62,10 @@ class TableStudy:
             f"The model holds from {self.band[0]:.2g} to {self.band[1]:.3g} Hz, which is what "
             "the runs excite, and from rest."
         ]
-        left = self.found.fit.error
-        if np.isfinite(self.noise) and left > 1.5 * self.noise / np.sqrt(len(self.runs)):
+        error = self.found.fit.error
+        if np.isfinite(self.noise) and error > 1.5 * self.noise / np.sqrt(len(self.runs)):
             said.append(
-                f"It leaves {left:.3g} rms of the runs' mean, where {self.noise:.3g} is the noise "
+                f"It leaves {error:.3g} rms of the runs' mean, where {self.noise:.3g} is the noise "
                 f"of one run: the residual is curvature or a higher order, not noise. The "
                 "intervals count all of it as noise."
             )

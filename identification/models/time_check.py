@@ -1,7 +1,7 @@
 """A model found in frequency, checked in time: short segments of the sweep, figure 7 of the paper.
 
-The model answers the measured input; what it gives and what was measured are compared where the
-sweep passed some frequency, over a few periods, both without their mean and slope there.
+The model is simulated with the measured input; its output and the measured one are compared where
+the sweep passed some frequency, over a few periods, both without their mean and slope there.
 
     segments = time_check(model, u, y, rate, frequency, at=(3.5, 5.0, 9.0))
     [(s.frequency, s.fit) for s in segments]      # Hz, %
@@ -20,7 +20,7 @@ SHARES = (0.35, 0.5, 0.9)  # of the servo's bandwidth, as in the paper
 
 @dataclass(frozen=True)
 class Stretch:
-    """time: (n,) s from the record's start. measured, simulated: (n,), mean and slope taken off.
+    """time: (n,) s from the record's start. measured, simulated: (n,), mean and slope removed.
 
     frequency: Hz, that the sweep passed. fit: %, 100 (1 - |y - model| / |y|).
     """
@@ -54,8 +54,8 @@ def time_check(
     u, y: (n,), at `rate` Hz, without unknown samples, from rest. frequency: (n,) Hz, the sweep's at
     every sample, NaN where nothing was excited.
     """
-    answer = model.simulate(u, rate)
-    return tuple(_stretch(answer, y, rate, frequency, f, periods) for f in at)
+    response = model.simulate(u, rate)
+    return tuple(_stretch(response, y, rate, frequency, f, periods) for f in at)
 
 
 def fit_percent(measured: FloatArray, simulated: FloatArray) -> float:
@@ -65,7 +65,12 @@ def fit_percent(measured: FloatArray, simulated: FloatArray) -> float:
 
 
 def _stretch(
-    answer: FloatArray, y: FloatArray, rate: float, frequency: FloatArray, f: float, periods: float
+    response: FloatArray,
+    y: FloatArray,
+    rate: float,
+    frequency: FloatArray,
+    f: float,
+    periods: float,
 ) -> Stretch | NoStretch:
     away = np.where(np.isfinite(frequency), np.abs(frequency - f), np.inf)
     middle = int(np.argmin(away))
@@ -76,7 +81,7 @@ def _stretch(
     if part.start < 0 or part.stop > y.size:
         return NoStretch(f, f"the record ends within {periods / 2:g} periods of {f:g} Hz")
     time = np.arange(part.start, part.stop) / rate
-    measured, simulated = (_level(x[part]) for x in (y, answer))
+    measured, simulated = (_level(x[part]) for x in (y, response))
     return Stretch(f, time, measured, simulated, fit_percent(measured, simulated))
 
 

@@ -1,4 +1,4 @@
-"""What a controller must survive: a nominal model, how far the motorcycle may be from it, members.
+"""Uncertainty set of a robust design: nominal model, bound of the relative error, members.
 
     G(jw) = G_0(jw) (1 + Delta(jw)),  |Delta(jw)| <= |W(jw)|
 

@@ -12,7 +12,7 @@ def caption(figure: str, found: Identification) -> str:
 
 
 def _overview(found: Identification) -> str:
-    """What is shaded, and what the input of the responses is."""
+    """Text on the shaded range and on the input of the responses."""
     shaded = "excitation active" if found.selected is None else "selected window"
     if found.main is None:
         return f"Shaded: {shaded}."

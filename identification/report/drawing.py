@@ -19,7 +19,7 @@ INK, MUTED, GRID = "#1c2733", "#66717d", "#dfe4ea"
 BLUE, ORANGE, GREEN, RED, VIOLET = "#1f62b0", "#d9680a", "#1d8a5b", "#c23030", "#7a4fb5"
 SHADE = "#eaf1fa"
 WIDTH = 9.0  # in
-POINTS = 1600  # kept of a line; more cannot be seen
+POINTS = 1600  # kept of a line; more cannot be resolved
 
 STYLE = {
     "font.family": "DejaVu Sans",

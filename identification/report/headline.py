@@ -87,8 +87,8 @@ def _without(found: Identification) -> str:
 
 def why_not(found: Identification) -> str:
     """Reason why the selected response is not given; empty where nothing says one."""
-    asked = "response from {} to {}".format(*(found.pair or ("", "")))
-    return next((one.reason for one in found.left_out if one.analysis == asked), "")
+    analysis = "response from {} to {}".format(*(found.pair or ("", "")))
+    return next((one.reason for one in found.left_out if one.analysis == analysis), "")
 
 
 def _slip(found: Identification) -> str:

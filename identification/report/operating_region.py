@@ -115,7 +115,7 @@ def _slip(found: Identification, moved: Motion) -> Rows:
 
 
 def _orders(moved: Motion) -> str:
-    """How the wheel orders were removed; where teeth were not compensated, why."""
+    """Method by which the wheel orders were removed; where teeth were not compensated, why."""
     if isinstance(moved.pitch, ToothPitch):
         found = moved.pitch
         worst = 100 * float(np.abs(found.gaps).max())

@@ -1,7 +1,7 @@
 """Best linear approximation under random-phase odd multisines, noise and distortion separated.
 
-A nonlinear system answers a random-phase multisine like a linear one, plus distortion that looks
-like noise but repeats with every period and changes with every realisation of the phases:
+A nonlinear system responds to a random-phase multisine like a linear one, plus distortion that
+looks like noise but repeats with every period and changes with every realisation of the phases:
 
     Y(l) = G_BLA(l) U(l) + Y_S(l) + noise(l)
 
@@ -9,12 +9,12 @@ What differs between periods is noise; what differs between realisations is nois
 (the robust method). Where only odd lines are excited and some of those are left free, even lines
 show even distortion and free odd ones odd distortion (the fast method, one realisation is enough).
 Between the lines of a record of P whole periods there is only noise and the transient of its ends;
-the transient is smooth and taken off with a local parabola, and the residual is the noise
+the transient is smooth and removed by a local parabola, and the residual is the noise
 (Pintelon and Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., chapters 4
 and 7).
 
-    tried = [periodic_record_of(identify(read(folder))) for folder in folders]
-    records = [record for record in tried if isinstance(record, PeriodicRecord)]
+    results = [periodic_record_of(identify(read(folder))) for folder in folders]
+    records = [record for record in results if isinstance(record, PeriodicRecord)]
     found = best_linear(records)                  # BestLinearApproximation or NoBestLinear
     found.to_response().to_control()
 """
@@ -107,10 +107,10 @@ def best_linear(records: Sequence[PeriodicRecord]) -> BestLinearApproximation | 
     first = records[0]
     if any(abs(r.period - first.period) > 1e-9 for r in records):
         return NoBestLinear("the multisines have different periods")
-    tried = [lines_of(record) for record in records]
-    several = [lines for lines in tried if isinstance(lines, Lines)]
-    if len(several) < len(tried):
-        return NoBestLinear(next(x for x in tried if isinstance(x, str)))
+    results = [lines_of(record) for record in records]
+    several = [lines for lines in results if isinstance(lines, Lines)]
+    if len(several) < len(results):
+        return NoBestLinear(next(x for x in results if isinstance(x, str)))
     size = min(lines.u.size for lines in several)
     u, y, noise = (
         np.stack([getattr(x, key)[:size] for x in several]) for key in ("u", "y", "noise")
@@ -184,8 +184,8 @@ def _scatter(
     turned = (value * against_delay(lines.astype(np.float64), value))[near]
     away = (lines[near] - lines[:, None]) / (lines[-1] - lines[0])
     smooth = away[..., None] ** np.arange(3)
-    left = turned - np.einsum("wij,wj->wi", smooth @ np.linalg.pinv(smooth), turned)
-    return np.sqrt(np.sum(np.abs(left) ** 2, axis=1) / (width - 3)), width - 3
+    residual = turned - np.einsum("wij,wj->wi", smooth @ np.linalg.pinv(smooth), turned)
+    return np.sqrt(np.sum(np.abs(residual) ** 2, axis=1) / (width - 3)), width - 3
 
 
 def _beside(odd: Level, frequency: FloatArray) -> FloatArray:
@@ -197,7 +197,7 @@ def _beside(odd: Level, frequency: FloatArray) -> FloatArray:
 def _unexplained(
     u: ComplexArray, y: ComplexArray, excited: IntArray, value: ComplexArray
 ) -> ComplexArray:
-    """What the approximation, interpolated to lines between, does not explain. (runs, lines)."""
+    """Residual of the approximation, interpolated to lines between. (runs, lines)."""
     lines = np.arange(u.shape[1])
     gain = np.interp(lines, excited, np.abs(value))
     phase = np.interp(lines, excited, np.unwrap(np.angle(value)))

@@ -121,7 +121,7 @@ def between(at: FloatArray, frequency: FloatArray, value: ComplexArray) -> Compl
 
 
 def against_delay(frequency: FloatArray, value: ComplexArray) -> ComplexArray:
-    """Turn back by the mean slope of the phase, after which neighbours are alike. value: (n,)."""
+    """Turn back by the mean slope of the phase, after which neighbours are similar. value: (n,)."""
     slope = np.polyfit(frequency, np.unwrap(np.angle(value)), 1, w=np.abs(value) + 1e-300)[0]
     return np.asarray(np.exp(-1j * slope * frequency))
 
@@ -171,6 +171,6 @@ def _scatter(value: ComplexArray) -> tuple[FloatArray, int]:
     first = np.clip(np.arange(n) - NEIGHBOURS, 0, n - width)
     near = value[:, :, first[:, None] + np.arange(width)]
     smooth = np.polynomial.polynomial.polyvander(np.linspace(-1, 1, width), 2)
-    left = near - near.mean(axis=0) @ (smooth @ np.linalg.pinv(smooth)).T
+    residual = near - near.mean(axis=0) @ (smooth @ np.linalg.pinv(smooth)).T
     freedom = runs * width - 3
-    return np.sqrt(np.sum(np.abs(left) ** 2, axis=(0, 3)) / freedom / runs), freedom
+    return np.sqrt(np.sum(np.abs(residual) ** 2, axis=(0, 3)) / freedom / runs), freedom

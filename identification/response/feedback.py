@@ -1,9 +1,9 @@
 """Whether the input follows the output: a closed loop, in which no response can be identified.
 
-Beside its excitation, an input holds what else moved it. In an open loop the noise of the output
-knows nothing of that; in a closed one it is what caused it, and G = Y / U tends to -1 / C where the
-noise rules (Ljung, System Identification, 2nd ed., section 13.4). So the input
-without its excitation is compared with the output without its response to the input: the greatest
+Beside its excitation, an input has a remainder. In an open loop the noise of the output is
+independent of the remainder; in a closed one it causes the remainder, and G = Y / U tends to -1 / C
+where the noise rules (Ljung, System Identification, 2nd ed., section 13.4). So the input without
+its excitation is compared with the output without its response to the input: the greatest
 correlation over lags, against that of the same two shifted by long, random times.
 """
 
@@ -17,7 +17,7 @@ from slipbench.identification.response.swept_run import SweptRun, swept_run
 from slipbench.protocol.recording.channel import FloatArray
 
 LONGEST = 0.5  # s, within which a rider or a controller responds
-SHARE = 0.01  # of the input's power; less than this cannot bend a response by a percent
+SHARE = 0.01  # of the input's power; less than this cannot bias a response by a percent
 SHIFTS, SEED = 200, 1
 BEYOND = 1.5  # times the greatest of the shifted correlations
 
@@ -36,7 +36,7 @@ class Feedback:
 
     @property
     def reason(self) -> str:
-        """Say it in words."""
+        """Return it in words."""
         return (
             f"the input follows the output: {100 * self.share:.0f} % of its power is not the "
             f"excitation and correlates with the output's noise ({self.correlation:.2f} at a lag "
@@ -70,15 +70,15 @@ def feedback(
 
 
 def _unexplained(run: SweptRun, response: FrequencyResponse) -> FloatArray:
-    """What the output keeps without its response to the input inside the band, (n,)."""
+    """Output without its response to the input inside the band, (n,)."""
     f = np.fft.rfftfreq(run.y.size, 1 / run.rate)
     inside = (f >= response.frequency[0]) & (f <= response.frequency[-1])
     value = np.interp(f, response.frequency, response.value.real) + 1j * np.interp(
         f, response.frequency, response.value.imag
     )
     U, Y = np.fft.rfft(run.u - run.u.mean()), np.fft.rfft(run.y - run.y.mean())
-    left = np.where(inside, Y - value * U, 0.0)
-    return np.asarray(left_of(run, np.fft.irfft(left, run.y.size)))
+    residual = np.where(inside, Y - value * U, 0.0)
+    return np.asarray(left_of(run, np.fft.irfft(residual, run.y.size)))
 
 
 def _correlations(a: FloatArray, b: FloatArray) -> FloatArray:

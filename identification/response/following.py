@@ -1,7 +1,7 @@
-"""How well the slip followed its target in a trial under slip control.
+"""Tracking of the slip target in a trial under slip control.
 
-In a closed loop no response of the motorcycle can be identified, but the loop itself can be judged: by
-its steps, by how far up it follows a sweep, and by the residual between slip and target.
+In a closed loop no response of the motorcycle can be identified, but the loop itself can be judged:
+by its steps, by how far up it follows a sweep, and by the residual between slip and target.
 """
 
 import math
@@ -28,8 +28,8 @@ HALF = math.sqrt(0.5)
 @dataclass(frozen=True, eq=False)
 class StepMeasures:
     """overshoot: share of the step; settling: s until the slip stays within 10 % of it. The worse
-    one of steps up and steps down, each the mean of all alike; noise: deviation of a single step
-    from their mean."""
+    one of steps up and steps down, each the mean of all of its direction; noise: deviation of a
+    single step from their mean."""
 
     overshoot: float
     settling: float
@@ -96,9 +96,11 @@ def step_measures(target: FloatArray, slip: FloatArray, period: float) -> StepMe
     lasts = int(ends[ends >= 0.9 * lasts].min())
     before, after = target[at - 1], target[at]
     share = (slip[at[:, None] + np.arange(lasts)] - before[:, None]) / (after - before)[:, None]
-    alike = [share[up] for up in (after > before, after < before) if up.any()]
-    means = [s.mean(axis=0) for s in alike]
-    noise = np.sqrt(np.mean([np.mean((s - m) ** 2) for s, m in zip(alike, means, strict=True)]))
+    by_direction = [share[up] for up in (after > before, after < before) if up.any()]
+    means = [s.mean(axis=0) for s in by_direction]
+    noise = np.sqrt(
+        np.mean([np.mean((s - m) ** 2) for s, m in zip(by_direction, means, strict=True)])
+    )
     return StepMeasures(
         max(float(m.max()) for m in means) - 1.0,
         max(_settled(m, period) for m in means),
@@ -135,7 +137,7 @@ def tracking_bandwidth(
 
 
 def first_fall(frequency: FloatArray, size: FloatArray) -> float:
-    """Where a gain first falls through -3 dB, Hz; NaN where it does not."""
+    """Frequency at which a gain first falls through -3 dB, Hz; NaN where it does not."""
     below = np.flatnonzero(size < HALF)
     if not below.size or below[0] == 0:
         return math.nan
@@ -143,6 +145,6 @@ def first_fall(frequency: FloatArray, size: FloatArray) -> float:
 
 
 def between(frequency: FloatArray, size: FloatArray, k: int) -> float:
-    """Where a gain goes through -3 dB between its values k and k + 1, Hz."""
+    """Frequency at which a gain crosses -3 dB between its values k and k + 1, Hz."""
     share = (HALF - size[k]) / (size[k + 1] - size[k])
     return float(frequency[k] + share * (frequency[k + 1] - frequency[k]))

@@ -13,8 +13,8 @@ a_k = H - (j/2) k w' H'' (stationary phase, w' the sweep's rate), which is put b
 The noise e is not white. Its density beside each harmonic, where neither the splines nor the other
 harmonics reach, gives the error.
 
-    tried = [swept_run_of(identify(read(folder))) for folder in folders]
-    found = harmonics([run for run in tried if isinstance(run, SweptRun)])   # DescribingFunction
+    runs = [swept_run_of(identify(read(folder))) for folder in folders]
+    found = harmonics([run for run in runs if isinstance(run, SweptRun)])   # DescribingFunction
 """
 
 from collections.abc import Sequence

@@ -26,7 +26,7 @@ from slipbench.protocol.recording.recording import Recording
 
 @dataclass(frozen=True)
 class Identification:
-    """All that was found in a recording; `main` is the response that the trial was made for.
+    """Results of a recording; `main` is the response that the trial was made for.
 
     following: how the slip followed its target, None where no controller had a target.
     pair: input and output that the user selected, None where they are the trial's.
@@ -117,14 +117,14 @@ def identify(recording: Recording, selection: Selection | None = None) -> Identi
     moved = motion(data, base)
     window = selected_window(selection, base, where) or trial_window(base)
     pair = selected_pair(selection, data, base, moved, window)
-    if selection.window is not None:  # then nothing is known of the excitation
+    if selection.window is not None:  # then the excitation is unknown
         recording = replace(recording, trial=None)
-    tried = _responses(base, moved, window, recording, pair)
-    found = tuple(_with_units(r, base) for r in tried if isinstance(r, FrequencyResponse))
+    responses = _responses(base, moved, window, recording, pair)
+    found = tuple(_with_units(r, base) for r in responses if isinstance(r, FrequencyResponse))
     main = next((r for r in found if r.output == (pair[1] if pair else "slip")), None)
     peak = resonance(main) if main else NoResonance("no response to slip was measured")
     drawn = spectra(data, base, moved, window)
-    left = left_out(data, moved, window, tried, drawn, pair)
+    omitted = left_out(data, moved, window, responses, drawn, pair)
     followed = following(base, moved, window, recording.trial)
     return Identification(
         recording,
@@ -136,7 +136,7 @@ def identify(recording: Recording, selection: Selection | None = None) -> Identi
         main,
         peak,
         drawn,
-        left,
+        omitted,
         followed,
         pair,
         selection.window,

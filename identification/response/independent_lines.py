@@ -67,15 +67,15 @@ class Lines:
 
 @dataclass(frozen=True)
 class KnownPath:
-    """What is known of a path beforehand: prod(1 + s lead) / prod(1 + s lag) e^(-s delay).
+    """A path known beforehand: prod(1 + s lead) / prod(1 + s lag) e^(-s delay).
 
     lags   s: the filling time of the intake, a sensor's lag
     leads  s: damping over stiffness of the driveline
     delay  s: of instruments; below zero where a channel is stamped late
     doubt  s: standard deviation of the sum of lags less leads, as well as it is known
 
-    A lag that is short beside the band and a dead time look alike: what is known of the one is
-    what determines the other.
+    A lag that is short beside the band and a dead time are indistinguishable: what is known of the
+    one determines the other.
     """
 
     lags: tuple[float, ...] = ()

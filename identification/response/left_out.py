@@ -22,7 +22,7 @@ class LeftOut:
     roles: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        """Say it in a line."""
+        """Return it as one line."""
         missing = f"; missing: {', '.join(self.roles)}" if self.roles else ""
         return f"{self.analysis} ({self.reason}{missing})"
 
@@ -31,7 +31,7 @@ def left_out(
     data: Aligned,
     moved: Motion | NoMotion,
     window: TrialWindow | NoExcitation,
-    tried: Tried,
+    responses: Tried,
     spectra: tuple[Spectrum, ...],
     pair: tuple[str, str] | None,
 ) -> tuple[LeftOut, ...]:
@@ -46,7 +46,7 @@ def left_out(
     ]
     refused = [
         LeftOut(f"response from {r.input} to {r.output}", r.reason, r.roles)
-        for r in tried
+        for r in responses
         if isinstance(r, NoResponse)
     ]
     if pair is not None and "slip" not in pair:
@@ -78,9 +78,9 @@ def _without_response(
 
 def _without_spectrum(data: Aligned, spectra: tuple[Spectrum, ...]) -> list[LeftOut]:
     drawn = {s.role for s in spectra}
-    wanted = {"engine_speed": "engine speed", "rear_suspension_travel": "rear suspension travel"}
+    names = {"engine_speed": "engine speed", "rear_suspension_travel": "rear suspension travel"}
     return [
         LeftOut(f"spectrum of the {name}", data.absent.get(role, "not recorded"), (role,))
-        for role, name in wanted.items()
+        for role, name in names.items()
         if role not in drawn and not data.has(role)
     ]

@@ -3,7 +3,7 @@
 Over a narrow window of DFT lines the response G and the transient T of the record's ends are
 smooth, so each is taken as a parabola:
 Y(k + r) = (g0 + g1 r + g2 r^2) U(k + r) + t0 + t1 r + t2 r^2 + V.
-Least squares in each window gives G, the noise that is left, and from both the coherence: no
+Least squares in each window gives G, the residual noise, and from both the coherence: no
 taper, no leakage, no averaging over a resonance (Pintelon and Schoukens, System Identification: A
 Frequency Domain Approach, 2nd ed., chapter 7).
 """
@@ -83,5 +83,5 @@ def _local_fit(
 def _left(
     Y: ComplexArray, regressors: ComplexArray, coefficients: ComplexArray
 ) -> npt.NDArray[np.float64]:
-    left = Y - np.einsum("wij,wj->wi", regressors, coefficients)
-    return np.asarray(np.sum(np.abs(left) ** 2, axis=1))
+    residual = Y - np.einsum("wij,wj->wi", regressors, coefficients)
+    return np.asarray(np.sum(np.abs(residual) ** 2, axis=1))

@@ -35,9 +35,11 @@ def periodic_response(
     strong = np.abs(U.mean(axis=0)) >= STRONG * np.abs(U.mean(axis=0)).max()
     U, Y, kept = U[:, strong], Y[:, strong], harmonics[strong]
     g = np.sum(Y * U.conj(), axis=0) / np.sum(np.abs(U) ** 2, axis=0)
-    left = np.sum(np.abs(Y - g * U) ** 2, axis=0)
-    deviation = np.sqrt(left / (len(Y) - 1) / np.sum(np.abs(U) ** 2, axis=0))
-    coherence = np.clip(1 - left / np.maximum(np.sum(np.abs(Y) ** 2, axis=0), 1e-300), 0.0, 1.0)
+    residual_power = np.sum(np.abs(Y - g * U) ** 2, axis=0)
+    deviation = np.sqrt(residual_power / (len(Y) - 1) / np.sum(np.abs(U) ** 2, axis=0))
+    coherence = np.clip(
+        1 - residual_power / np.maximum(np.sum(np.abs(Y) ** 2, axis=0), 1e-300), 0.0, 1.0
+    )
     return FrequencyResponse(
         *names,
         kept / period,

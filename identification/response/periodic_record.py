@@ -1,7 +1,7 @@
 """Whole periods of a multisine, and their lines with the noise between them.
 
 The DFT of P periods has P - 1 lines between each two harmonics. There, only noise and the transient
-of the record's ends are left; the transient is smooth over a few lines, a parabola takes it off.
+of the record's ends remain; the transient is smooth over a few lines and is removed by a parabola.
 """
 
 from dataclasses import dataclass
@@ -77,9 +77,9 @@ def _harmonics(y: ComplexArray, periods: int) -> tuple[ComplexArray, FloatArray]
     shape = np.polynomial.polynomial.polyvander(x, ORDER - 1)
     solve = np.linalg.pinv(shape)
     found = near @ solve.T
-    left = np.sum(np.abs(near - found @ shape.T) ** 2, axis=1) / (x.size - ORDER)
+    variance = np.sum(np.abs(near - found @ shape.T) ** 2, axis=1) / (x.size - ORDER)
     middle = y[: (harmonics + 1) * periods : periods]
-    return middle - found[:, 0], left * (1 + np.sum(solve[0] ** 2))
+    return middle - found[:, 0], variance * (1 + np.sum(solve[0] ** 2))
 
 
 def periodic_record_of(

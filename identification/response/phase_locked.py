@@ -17,7 +17,7 @@ from slipbench.protocol.recording.channel import FloatArray
 
 PERIODS = 2.5  # between knots, at least
 DEGREE = 3
-BESIDE = (3, 4, 5)  # quarters of 1 / piece, off a harmonic, where only noise is left
+BESIDE = (3, 4, 5)  # quarters of 1 / piece, off a harmonic, where only noise remains
 
 
 @dataclass(frozen=True)
@@ -40,16 +40,16 @@ def amplitudes(
     knots = _knots(time, pieces(run, resolution))
     order = np.argsort(run.sweep.frequency)
     when = np.interp(at, run.sweep.frequency[order], time[order])
-    inverse, weights, left = _solved(run, np.stack(signals, axis=1), time, knots, count)
+    inverse, weights, residuals = _solved(run, np.stack(signals, axis=1), time, knots, count)
     shapes = [_settled(knots, run, when, k) for k in range(1, count + 1)]
     return tuple(
         _read(inverse, w, shapes, when, _noise(e, run, knots, count))
-        for w, e in zip(weights.T, left.T, strict=True)
+        for w, e in zip(weights.T, residuals.T, strict=True)
     )
 
 
 def left_of(run: SweptRun, signal: FloatArray, resolution: float = 0.5) -> FloatArray:
-    """What a signal of the run holds beside a trend and its own wave along the phase, (n,)."""
+    """Residual of a signal of the run after a trend and its own wave along the phase, (n,)."""
     time = np.arange(run.y.size) / run.rate
     knots = _knots(time, pieces(run, resolution))
     return np.asarray(_solved(run, signal[:, None], time, knots, 1)[2][:, 0])
@@ -91,10 +91,10 @@ def _solved(
         blocks.append((rows, columns, block))
     inverse: FloatArray = np.linalg.inv(gram).astype(np.float64)
     weights = inverse @ right
-    left = signals.astype(np.float64)
+    residuals = signals.astype(np.float64)
     for rows, columns, block in blocks:
-        left[rows] -= block @ weights[columns]
-    return inverse, weights, left
+        residuals[rows] -= block @ weights[columns]
+    return inverse, weights, residuals
 
 
 def _waves(phase: FloatArray, count: int) -> FloatArray:
@@ -134,7 +134,7 @@ def _settled(knots: FloatArray, run: SweptRun, when: FloatArray, k: int) -> Comp
 
 
 def _noise(
-    left: FloatArray, run: SweptRun, knots: FloatArray, count: int
+    residual: FloatArray, run: SweptRun, knots: FloatArray, count: int
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Variance of white noise as dense as the residual beside each harmonic: (time, variance)."""
     inner = np.unique(knots)
@@ -146,15 +146,17 @@ def _noise(
     ]
     found = []
     for k in range(1, count + 1):
-        levels = np.array([_beside(left[part], k * run.sweep.phase[part]) for part in parts])
+        levels = np.array([_beside(residual[part], k * run.sweep.phase[part]) for part in parts])
         near = np.pad(levels, 1, mode="edge")
         found.append((centre, (near[:-2] + near[1:-1] + near[2:]) / 3))
     return found
 
 
-def _beside(left: FloatArray, phase: FloatArray) -> float:
+def _beside(residual: FloatArray, phase: FloatArray) -> float:
     """Mean power of the residual a little off a wave of some phase, as variance of white noise."""
-    taper = np.hanning(left.size)
-    lines = np.fft.fft(left * np.exp(-1j * phase) * taper)  # of four pieces: quarters of 1 / piece
+    taper = np.hanning(residual.size)
+    lines = np.fft.fft(
+        residual * np.exp(-1j * phase) * taper
+    )  # of four pieces: quarters of 1 / piece
     beside = lines[[*BESIDE, *(-q for q in BESIDE)]]
     return float(np.mean(np.abs(beside) ** 2) / np.sum(taper**2))

@@ -2,13 +2,14 @@
 
     quiet = with_quiet_reference(response, u, motion, rate, band)
 
-The road pushes the vehicle by what the driven wheel slips and by nothing else that follows the
-input, so the speed over ground answers the wheel as a mass does: s R_v = C(s) (R_w - R_v), with R_w
-and R_v the responses of the driven wheel's speed and of the reference, C = stiffness of the slip
-over v m behind the sensor's own lag. A resonance of the drivetrain is in R_w and R_v alike and not
-in C: C is smooth where the response itself is not. So it is fitted over the whole band, as a
-polynomial in s of an order found by description length, where the noise of a line is felt in a
-window alone. What R_v has beyond the fit is noise of the sensor and of the wind, and is taken off.
+The force of the road on the vehicle depends on the slip of the driven wheel and on nothing else
+that follows the input, so the speed over ground responds to the wheel as a mass does: s R_v = C(s)
+(R_w - R_v), with R_w and R_v the responses of the driven wheel's speed and of the reference, C =
+stiffness of the slip over v m behind the sensor's own lag. A resonance of the drivetrain is in both
+R_w and R_v and not in C: C is smooth where the response itself is not. So it is fitted over the
+whole band, as a polynomial in s of an order found by description length, where a line's noise acts
+in one window only. What R_v has beyond the fit is noise of the sensor and of the wind, and is
+removed.
 
 Where the fit leaves more than noise (both axles driven, a front wheel that rings), nothing is done.
 """

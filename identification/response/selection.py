@@ -1,4 +1,4 @@
-"""What a user selects in a recording: a time window, an input and an output.
+"""Selection in a recording by the user: a time window, an input and an output.
 
     selection = Selection(parse_window("12:42"), "throttle_position", "slip")
     found = identify(read(folder), selection)

@@ -19,12 +19,12 @@ def spectra(
     speed = moved.raw if isinstance(moved, Motion) else base.get("engine_speed")
     if speed is None:
         return ()
-    stretch = window.record if isinstance(window, TrialWindow) else steadiest(speed, base.rate)
-    if stretch is None:
+    segment = window.record if isinstance(window, TrialWindow) else steadiest(speed, base.rate)
+    if segment is None:
         return ()
     wheel = moved.wheel_frequency if isinstance(moved, Motion) else None
     made = [
-        spectrum(role, unit, value, base.rate, stretch, wheel, reach)
+        spectrum(role, unit, value, base.rate, segment, wheel, reach)
         for role, unit, value, reach in _sources(data, base, moved)
     ]
     return tuple(s for s in made if s is not None)

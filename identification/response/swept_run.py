@@ -4,7 +4,7 @@
     run = swept_run_of(found, "throttle_position")     # SweptRun or NoSweep
 
 The phase is the echoed command's, also where the input is the measured throttle: harmonics are
-harmonics of what was asked for.
+harmonics of the command.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What the page of a season asks for: rows, two runs side by side, a trend; as JSON can hold it.
+"""Queries of the page of a season: rows, two runs side by side, a trend; as JSON can hold it.
 
 The index is brought up to date with every list of rows, so that a run that was recorded meanwhile is
 in it.
@@ -22,7 +22,7 @@ Parameters = Mapping[str, str]
 
 
 class SeasonAnswers:
-    """Answers about the runs below a folder."""
+    """Queries about the runs below a folder."""
 
     def __init__(self, root: Path) -> None:
         """Read the season. Raises InputError where the folder or a library is missing."""
@@ -31,13 +31,13 @@ class SeasonAnswers:
 
     @property
     def by_name(self) -> dict[str, Callable[[Parameters], dict[str, Any]]]:
-        """The answers by the names under which the page asks for them."""
+        """The queries by the names that the page uses."""
         return {"rows": self.rows, "compare": self.compare, "trend": self.trend}
 
-    def rows(self, asked: Parameters) -> dict[str, Any]:
-        """Table of runs. asked: where and columns, SQL as for `slipbench runs`. Raises InputError."""
+    def rows(self, query: Parameters) -> dict[str, Any]:
+        """Table of runs. query: where and columns, SQL as in `slipbench runs`. Raises InputError."""
         season = self._season = Season(refreshed(self._root))
-        where, columns = asked.get("where") or None, asked.get("columns") or None
+        where, columns = query.get("where") or None, query.get("columns") or None
         found = season.rows(where)
         headings, cells = selected(season, columns, where) if columns else listing(season, where)
         return {
@@ -52,22 +52,22 @@ class SeasonAnswers:
             "abscissae": [*season.numeric, TIME],
         }
 
-    def compare(self, asked: Parameters) -> dict[str, Any]:
-        """Two runs side by side. asked: first and second, paths of runs. Raises InputError."""
-        names = [asked.get("first", ""), asked.get("second", "")]
+    def compare(self, query: Parameters) -> dict[str, Any]:
+        """Two runs side by side. query: first and second, paths of runs. Raises InputError."""
+        names = [query.get("first", ""), query.get("second", "")]
         if not all(names):
             raise InputError("two runs are compared", expected="first and second")
         headings, cells = table(self._season, *pair(self._season, names))
         return {"headings": headings, "cells": cells}
 
-    def trend(self, asked: Parameters) -> dict[str, Any]:
-        """Trend of a parameter. asked: parameter, over, where. Raises InputError."""
+    def trend(self, query: Parameters) -> dict[str, Any]:
+        """Trend of a parameter. query: parameter, over, where. Raises InputError."""
         found = trend(
             points(
                 self._season,
-                asked.get("parameter", ""),
-                asked.get("over") or "date",
-                asked.get("where") or None,
+                query.get("parameter", ""),
+                query.get("over") or "date",
+                query.get("where") or None,
             )
         )
         return _drawn(found) | {"lines": lines(found)}

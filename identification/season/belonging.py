@@ -16,7 +16,7 @@ Tag = int | float | str
 def joined(entries: Sequence[Entry]) -> list[Entry]:
     """Entries with analyses and runs joined, in their order.
 
-    A run without an identification takes the parameters of one that lies elsewhere, which is then no
+    A run without an identification takes the parameters of one in another folder, which is then no
     entry of its own. Every other analysis gets the date and the tags that its runs have in common; of
     numbers the mean.
     """
@@ -61,7 +61,7 @@ def _nearest(path: str, others: Sequence[str]) -> list[str]:
 
 
 def _identified(run: Entry, analysis: Entry) -> Entry:
-    """A run with the results of an `identify` that lies elsewhere."""
+    """A run with the results of an `identify` in another folder."""
     return replace(
         run,
         verdict=analysis.verdict or run.verdict,

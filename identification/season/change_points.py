@@ -109,11 +109,11 @@ def _described(
     variance, _ = variances(columns, value, deviation)
     made = fit(columns, value, variance)
     others = [one for one in places if one != at]
-    elsewhere = {
+    alternatives = {
         one: fit(model(x, [*others, one]), value, variance) for one in _places(x.size, others)
     }
     near = float(stats.f.ppf(1 - LEVEL, 1, made.freedom)) * max(made.scale, 1.0)
-    also = [k for k, one in elsewhere.items() if k != at and one.residual - made.residual < near]
+    also = [k for k, one in alternatives.items() if k != at and one.residual - made.residual < near]
     before, afterwards = level(made, columns[at - 1]), level(made, columns[at])
     return ChangePoint(at, p, before, afterwards, tuple(also))
 

@@ -23,7 +23,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Entry:
-    """What the files of one folder say; "" and None where they do not.
+    """Content of the files of one folder; "" and None where they do not.
 
     recorded     trial, import, or another kind of recording
     started      begin of the recording, UTC

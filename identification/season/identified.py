@@ -1,4 +1,4 @@
-"""What identification.json adds to the entry of a run: the verdict, and parameters with intervals.
+"""Part of a run's entry from identification.json: the verdict, and parameters with intervals.
 
 Names: of the model from the command to slip `natural_frequency`, `damping_ratio`, `dead_time`; of
 another model with its path, as in `dead_time_from_throttle_position`.

@@ -34,7 +34,7 @@ def read_entries(root: Path, found: Sequence[Folder], scheduler: str | None = No
     """Entries of folders below `root`, in their order.
 
     scheduler: address of a dask cluster, whose workers read the folders at the same path. Raises
-    InputError where it does not answer, or a worker does not have the folder.
+    InputError where it does not respond, or a worker does not have the folder.
     """
     if scheduler is None:
         return [entry_of(root, folder) for folder in found]

@@ -88,7 +88,7 @@ class Parameter:
 
     @property
     def words(self) -> str:
-        """What the test says."""
+        """Result of the test."""
         if not np.isfinite(self.probability):
             return "too few runs have it"
         return f"{'differs' if self.probability < LEVEL else 'equal within intervals'} ({p_value(self.probability)})"

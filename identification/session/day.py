@@ -40,7 +40,7 @@ class Day:
     explained    content of verdict.json; None where `explain` did not run
     not_explained  why not, where it was to run; memo: path of the memo, relative to the report
     selected     runs of that analysis, each with its reason
-    designed     trials that were offered, the answers, and what their runs showed
+    designed     trials that were offered, the decisions, and the evidence of their runs
     """
 
     name: str
@@ -77,7 +77,7 @@ class Pooled:
 
 @dataclass(frozen=True)
 class Results:
-    """What a day's runs give together."""
+    """Results of a day's runs together."""
 
     pooled: tuple[Pooled, ...]
     against: Comparison | NoComparison
@@ -116,7 +116,7 @@ def _against(found: tuple[Pooled, ...]) -> Comparison | NoComparison:
 
 
 def _next_steps(day: Day) -> list[str]:
-    """What remains to be ridden, and the next trial of the menu where `explain` chose one."""
+    """Trials that remain, and the next trial of the menu where `explain` chose one."""
     steps = []
     for trial in day.trials:
         last = [run for run in day.runs if run.trial == trial][-1]
@@ -145,7 +145,7 @@ def headline(day: Day) -> str:
 
 
 def explanation(day: Day) -> str:
-    """What `explain` found, in a sentence."""
+    """Result of `explain`, in a sentence."""
     if day.explained is None:
         return day.not_explained or "Not analysed: give the nominal vehicle file with --explain."
     if not day.explained["mismatch"].get("found"):

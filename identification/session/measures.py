@@ -1,4 +1,4 @@
-"""What a run's recording measures: the figures on which the quick look rests."""
+"""Figures measured in a run's recording, on which the quick look is based."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -14,7 +14,7 @@ FEWEST = 3  # independent lines that both runs must have
 
 @dataclass(frozen=True)
 class Repeatability:
-    """How far a response is from another.
+    """Difference of two responses.
 
     distance  root mean square of the difference over the gain, 1
     expected  the same where only the noise of both differs, 1

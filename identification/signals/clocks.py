@@ -28,7 +28,7 @@ class ClockFit:
 
     offset                    s, bus time at the device's zero, of a frame with the least latency
     rate                      bus seconds in a device second
-    latency_p50, latency_p99  s, above the least latency seen
+    latency_p50, latency_p99  s, above the least latency observed
     """
 
     clock: str

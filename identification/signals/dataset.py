@@ -1,4 +1,4 @@
-"""All that a recording knows, on one time base: only here are channels interpolated."""
+"""All signals of a recording on one time base: only here are channels interpolated."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""How the vehicle moved: driven axle, reference speed and the slip between them."""
+"""Motion of the vehicle: driven axle, reference speed and the slip between them."""
 
 from dataclasses import dataclass, replace
 
@@ -150,8 +150,8 @@ def _reference(
     for role in OTHER_SPEEDS:
         if data.has(role):
             return base.signals[role], f"{role.replace('_', ' ')} ({_origin(data, role)})"
-    wanted = (*TRUE_SPEEDS, *other.roles, *OTHER_SPEEDS)
-    return NoMotion(other.reason or "no reference speed", (" or ".join(wanted),))
+    roles = (*TRUE_SPEEDS, *other.roles, *OTHER_SPEEDS)
+    return NoMotion(other.reason or "no reference speed", (" or ".join(roles),))
 
 
 def _with_pitch(axle: AxleSpeed, data: Aligned, base: Dataset) -> AxleSpeed:

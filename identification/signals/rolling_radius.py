@@ -11,7 +11,7 @@ import numpy as np
 from slipbench.protocol.recording.channel import FloatArray
 
 WIDE_RANGE = 0.3  # of throttle, that a drive must show for its low end to mean little torque
-LOW_TORQUE = 0.10  # of the throttle's range seen, from its lowest
+LOW_TORQUE = 0.10  # of the observed throttle range, from its lowest
 LEAST_SPEED = 5.0  # m/s
 FEWEST = 50
 

@@ -1,4 +1,4 @@
-"""What a speed or a travel is made of, by frequency, and where the wheel's own orders lie in it."""
+"""Amplitude spectrum of a speed or a travel, with the frequencies of the wheel orders."""
 
 from dataclasses import dataclass
 
@@ -40,7 +40,7 @@ def spectrum(
     unit: str,
     value: FloatArray,
     rate: float,
-    stretch: slice,
+    segment: slice,
     wheel: FloatArray | None,
     reach: float = np.inf,
 ) -> Spectrum | None:
@@ -48,14 +48,14 @@ def spectrum(
 
     value: (n,) in `unit`; rate: Hz; wheel: (n,) Hz; reach: Hz, nothing above it is given.
     """
-    part = value[stretch]
+    part = value[segment]
     if part.size < 64 or np.mean(~np.isfinite(part)) > MOST_UNKNOWN:
         return None
     length = min(part.size, round(SEGMENT * rate))
     lines, power = signal.welch(
         signal.detrend(bridged(part)), rate, "hann", length, scaling="spectrum"
     )
-    turning = wheel[stretch] if wheel is not None else np.empty(0)
+    turning = wheel[segment] if wheel is not None else np.empty(0)
     turning = turning[np.isfinite(turning)]
     mean = float(turning.mean()) if turning.size else 0.0
     count = int(rate / 2 / mean) if mean > 0.5 else 0
@@ -63,7 +63,7 @@ def spectrum(
     width = float(np.ptp(turning)) if turning.size else 0.0
     frequency: FloatArray = np.asarray(lines, dtype=np.float64)
     amplitude: FloatArray = np.asarray(np.sqrt(2 * power), dtype=np.float64)
-    start = stretch.start / rate
+    start = segment.start / rate
     kept = frequency <= reach
     if np.count_nonzero(kept & (frequency > LOWEST)) < 3:
         return None
@@ -74,17 +74,17 @@ def spectrum(
 
 def steadiest(speed: FloatArray, rate: float, length: float = STRETCH) -> slice | None:
     """Find the segment in which a speed changes least while the vehicle moves. speed: m/s."""
-    wanted = min(round(length * rate), speed.size)
+    samples = min(round(length * rate), speed.size)
     known = np.flatnonzero(np.isfinite(speed))
-    if known.size < wanted // 2 or wanted < 64:
+    if known.size < samples // 2 or samples < 64:
         return None
     filled = bridged(speed)
-    starts = np.arange(0, speed.size - wanted + 1, max(1, wanted // 10))
-    spread = np.array([np.std(filled[s : s + wanted]) for s in starts])
-    unknown = np.array([np.mean(~np.isfinite(speed[s : s + wanted])) for s in starts])
-    mean = np.array([np.mean(filled[s : s + wanted]) for s in starts])
+    starts = np.arange(0, speed.size - samples + 1, max(1, samples // 10))
+    spread = np.array([np.std(filled[s : s + samples]) for s in starts])
+    unknown = np.array([np.mean(~np.isfinite(speed[s : s + samples])) for s in starts])
+    mean = np.array([np.mean(filled[s : s + samples]) for s in starts])
     usable = (unknown <= MOST_UNKNOWN) & (mean > 0.5 * np.median(filled[known])) & (mean > 1.0)
     if not usable.any():
         return None
     best = int(starts[np.argmin(np.where(usable, spread / np.maximum(mean, 1e-9), np.inf))])
-    return slice(best, best + wanted)
+    return slice(best, best + samples)

@@ -1,8 +1,8 @@
-"""The phase of a swept sine, found from the sine itself.
+"""The phase of a swept sine, estimated from the sine itself.
 
-Zero crossings give the times at which the phase is a multiple of pi; a sweep law, linear or logarithmic, is laid
-through them and then refined on the waveform. Nothing of the trial file is needed: what was
-commanded is what was measured, and its own clock is the clock of its harmonics.
+Zero crossings give the times at which the phase is a multiple of pi; a sweep law, linear or
+logarithmic, is fitted to them and then refined on the waveform. Nothing of the trial file is
+needed: the measured signal is the command, and its clock is the clock of its harmonics.
 """
 
 from collections.abc import Callable
@@ -16,14 +16,14 @@ from slipbench.protocol.recording.channel import FloatArray
 FEWEST_CROSSINGS = 8
 HYSTERESIS = 0.3  # of the root mean square: less than this is no crossing
 MOST_STEPS = 30
-MOST_UNEXPLAINED = 0.3  # share of the power that the law may leave; a servo bends it a little
+MOST_UNEXPLAINED = 0.3  # largest residual share of the power; a servo distorts the wave a little
 
 
 @dataclass(frozen=True)
 class SweptPhase:
     """phase: (n,) rad, u is about A cos(phase) + c. frequency: (n,) Hz. law: linear, logarithmic.
 
-    unexplained: share of the power of u that a sine of constant amplitude leaves.
+    unexplained: share of the power of u that a sine of constant amplitude does not explain.
     """
 
     phase: FloatArray
@@ -90,7 +90,7 @@ def _refined(wave: FloatArray, time: FloatArray, name: str, ends: FloatArray) ->
 
 
 def _left(wave: FloatArray, phase: FloatArray) -> tuple[FloatArray, float]:
-    """What a sine of this phase leaves, and the offset that makes it a cosine."""
+    """Residual of a sine of this phase, and the offset that makes it a cosine."""
     basis = np.stack([np.cos(phase), np.sin(phase), np.ones_like(phase)], axis=1)
     found = np.linalg.solve(basis.T @ basis, basis.T @ wave)
     return wave - basis @ found, float(np.arctan2(-found[1], found[0]))
@@ -114,11 +114,11 @@ def _through(law: Law, crossings: FloatArray, duration: float) -> tuple[FloatArr
     least = 0.1 * float(pace.min())
     start = np.maximum([level, level + slope * duration], least)
 
-    def left(p: FloatArray) -> FloatArray:
+    def residuals(p: FloatArray) -> FloatArray:
         return np.asarray(duration * law(crossings / duration, p[0], p[1])[0] + p[2] - half)
 
     found = optimize.least_squares(
-        left,
+        residuals,
         [*start, 0.0],
         loss="soft_l1",
         max_nfev=100,

@@ -19,7 +19,7 @@ MOST = 60_000  # intervals that are used; a longer recording is thinned to turns
 
 @dataclass(frozen=True)
 class Answers:
-    """An input to which the wheel may answer. time: s, (m,), increasing; value: (m,)."""
+    """An input to which the wheel may respond. time: s, (m,), increasing; value: (m,)."""
 
     time: FloatArray
     value: FloatArray
@@ -29,9 +29,9 @@ class Answers:
 class Evidence:
     """Intervals with an unbroken turn and more on both sides.
 
-    value    (n,) log speed without what is slow; a pattern of gaps is in it as it is
+    value    (n,) log speed without its slow part; a pattern of gaps is kept in it
     tooth    (n,) with which tooth the interval begins, 0..N-1
-    answer   (n, q) the inputs, treated in the same way, at q delays
+    delayed  (n, q) the inputs, treated in the same way, at q delays
     timer    (n,) relative error of an interval by the timer's steps
     window   weights that average over four turns
     batches  that may be made, each of two turns or more
@@ -39,14 +39,14 @@ class Evidence:
 
     value: FloatArray
     tooth: IntArray
-    answer: FloatArray
+    delayed: FloatArray
     timer: FloatArray
     window: FloatArray
     batches: int
 
 
 def evidence(
-    time: FloatArray, count: FloatArray, teeth: int, answers: Sequence[Answers] = ()
+    time: FloatArray, count: FloatArray, teeth: int, inputs: Sequence[Answers] = ()
 ) -> Evidence:
     """Fast part of the log speed at each tooth, without samples near lost teeth or a standstill.
 
@@ -59,15 +59,15 @@ def evidence(
     lags = _lags(interval[good])
     kernel = quick(teeth)
     whole = _whole(good, kernel.size)
-    whole[: lags.max() if answers else 0] = False
+    whole[: lags.max() if inputs else 0] = False
     kept = _spread(np.flatnonzero(whole), teeth)
     value = filtered(np.where(good, speed, 0.0), kernel)[kept]
     tooth = np.mod(np.round(count[:-1][kept]).astype(np.int64), teeth)
-    columns = [_lagged(given, middle, kernel, kept, lags) for given in answers]
-    answer = np.concatenate([np.empty((kept.size, 0)), *columns], axis=1)
+    columns = [_lagged(given, middle, kernel, kept, lags) for given in inputs]
+    delayed = np.concatenate([np.empty((kept.size, 0)), *columns], axis=1)
     timer = TIMER / np.sqrt(6) / interval[kept]
     window = np.ones(4 * teeth + 1) / (4 * teeth + 1)
-    return Evidence(value, tooth, answer, timer, window, max(kept.size // (2 * teeth), 2))
+    return Evidence(value, tooth, delayed, timer, window, max(kept.size // (2 * teeth), 2))
 
 
 def filtered(value: FloatArray, kernel: FloatArray) -> FloatArray:
@@ -78,7 +78,7 @@ def filtered(value: FloatArray, kernel: FloatArray) -> FloatArray:
 
 
 def _whole(good: npt.NDArray[np.bool_], size: int) -> npt.NDArray[np.bool_]:
-    """Where every interval under the kernel is known."""
+    """Whether every interval under the kernel is known, (n,)."""
     if good.size < size:
         return np.zeros(good.size, np.bool_)
     lost = np.concatenate(([0], np.cumsum(~good)))

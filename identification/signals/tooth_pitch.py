@@ -1,4 +1,4 @@
-"""Where the teeth of a wheel really stand, learnt while it turns.
+"""Tooth-pitch errors of a wheel, estimated while it turns.
 
 A disc's teeth are not equally far apart, but they stay where they are. The fixed-position formula
 takes 2 pi / N for every gap; gap j is really (1 + g_j) 2 pi / N, so the speed that it shows is
@@ -7,9 +7,9 @@ w / (1 + g_j), the same error in every turn: the 1X family. In logarithms,
     log(2 pi / (N TT_k)) = log w_k - log(1 + g_j),    j = k mod N
 
 What is slow in w goes out with (1 - M)^2, M the mean over one full turn: that leaves any pattern of
-gaps exactly as it is. The answer to a known input goes out with a finite impulse response, fitted
+gaps exactly as it is. The response to a known input is removed by a finite impulse response, fitted
 together with the gaps, so that an excitation that turns with the wheel is not taken for a tooth.
-What is left is noise, of a size that is estimated turn by turn and weighs the turn.
+The residual is noise; its size is estimated turn by turn and gives the weight of the turn.
 
 Not distinguishable from a tooth-pitch error is whatever else turns with the wheel and grows with its speed, such as a
 tyre that is out of round; nor an input that keeps to the wheel's order throughout the recording.
@@ -65,7 +65,7 @@ class ToothPitch:
 
     @property
     def positions(self) -> FloatArray:
-        """How much later than even every tooth passes, rad, (N,); the mean, unknowable, is 0."""
+        """Delay of every tooth against even spacing, rad, (N,); the mean, unknowable, is 0."""
         late = np.concatenate(([0.0], np.cumsum(self.gaps)[:-1])) * 2 * np.pi / self.teeth
         return np.asarray(late - late.mean())
 
@@ -82,19 +82,22 @@ class NoToothPitch:
 
 
 def learn_pitch(
-    time: FloatArray, count: FloatArray, teeth: int, answers: Sequence[Answers] = ()
+    time: FloatArray, count: FloatArray, teeth: int, inputs: Sequence[Answers] = ()
 ) -> ToothPitch | NoToothPitch:
     """Learn the gaps from tooth times. time: s, (n,); count: running, lost teeth as steps, (n,).
 
-    answers: what was done to the vehicle meanwhile, so that its response is not taken for a tooth.
+    inputs: inputs of the vehicle, whose response is not to be taken for a tooth-pitch error.
     """
     if teeth < 2:
         return NoToothPitch(f"{teeth} tooth in a turn: there is nothing to compare")
-    seen = evidence(time, count, teeth, answers)
-    turns = seen.value.size / teeth
-    if turns < LEAST_TURNS or np.bincount(seen.tooth, minlength=teeth).min() < LEAST_TURNS // 2:
+    intervals = evidence(time, count, teeth, inputs)
+    turns = intervals.value.size / teeth
+    if (
+        turns < LEAST_TURNS
+        or np.bincount(intervals.tooth, minlength=teeth).min() < LEAST_TURNS // 2
+    ):
         return NoToothPitch(f"{turns:.0f} turns without a lost tooth, {LEAST_TURNS} are needed")
-    found = _fitted(seen, teeth)
+    found = _fitted(intervals, teeth)
     worst = float(found.deviation.max())
     if not worst <= MOST_DEVIATION:
         return NoToothPitch(
@@ -115,72 +118,79 @@ def order_of_gaps(gaps: FloatArray, order: int) -> float:
     return float(2 * abs(np.mean(gaps * wave)))
 
 
-def _fitted(seen: Evidence, teeth: int) -> ToothPitch:
+def _fitted(intervals: Evidence, teeth: int) -> ToothPitch:
     """Weighted least squares; the weights follow the residual, turn by turn."""
-    weight = np.ones(seen.value.size)
-    prior = _prior(seen)
+    weight = np.ones(intervals.value.size)
+    prior = _prior(intervals)
     for _ in range(ROUNDS):
-        normal, moment = _normal(seen, weight, teeth)
+        normal, moment = _normal(intervals, weight, teeth)
         normal[teeth:, teeth:] += prior
         level = np.asarray(np.linalg.solve(normal, moment), np.float64)
-        answer = seen.answer @ level[teeth:]
-        left = seen.value - level[seen.tooth] - answer
-        weight = _weights(left, answer, seen)
-    normal, _ = _normal(seen, weight, teeth)
+        response = intervals.delayed @ level[teeth:]
+        residual = intervals.value - level[intervals.tooth] - response
+        weight = _weights(residual, response, intervals)
+    normal, _ = _normal(intervals, weight, teeth)
     normal[teeth:, teeth:] += prior
-    cov = _covariance(seen, weight * left, normal, prior, teeth)
-    return _pitch(level[:teeth], cov, seen, weight)
+    cov = _covariance(intervals, weight * residual, normal, prior, teeth)
+    return _pitch(level[:teeth], cov, intervals, weight)
 
 
-def _pitch(level: FloatArray, cov: FloatArray, seen: Evidence, weight: FloatArray) -> ToothPitch:
+def _pitch(
+    level: FloatArray, cov: FloatArray, intervals: Evidence, weight: FloatArray
+) -> ToothPitch:
     """Levels -log(1 + g) become gaps that add up to nothing."""
     n = level.size
     ratio = np.exp(-level)
     ratio *= n / ratio.sum()
     slope = ratio[:, None] * (np.eye(n) - ratio[None, :] / n)
     cov = slope @ cov @ slope.T
-    quantile = float(stats.t.ppf(0.975, min(BATCHES, seen.batches) - 1))
+    quantile = float(stats.t.ppf(0.975, min(BATCHES, intervals.batches) - 1))
     turns = float(weight.sum() ** 2 / (weight**2).sum() / n)
     return ToothPitch(ratio - 1, np.sqrt(np.diag(cov)), cov, quantile, turns)
 
 
-def _normal(seen: Evidence, weight: FloatArray, teeth: int) -> tuple[FloatArray, FloatArray]:
+def _normal(intervals: Evidence, weight: FloatArray, teeth: int) -> tuple[FloatArray, FloatArray]:
     """Weighted normal equations of N levels and the taps of the response."""
-    size = teeth + seen.answer.shape[1]
+    size = teeth + intervals.delayed.shape[1]
     normal, moment = np.zeros((size, size)), np.zeros(size)
-    normal[range(teeth), range(teeth)] = np.bincount(seen.tooth, weight, teeth)
-    moment[:teeth] = np.bincount(seen.tooth, weight * seen.value, teeth)
-    heavy = weight[:, None] * seen.answer
-    for tap in range(seen.answer.shape[1]):
-        normal[:teeth, teeth + tap] = np.bincount(seen.tooth, heavy[:, tap], teeth)
+    normal[range(teeth), range(teeth)] = np.bincount(intervals.tooth, weight, teeth)
+    moment[:teeth] = np.bincount(intervals.tooth, weight * intervals.value, teeth)
+    heavy = weight[:, None] * intervals.delayed
+    for tap in range(intervals.delayed.shape[1]):
+        normal[:teeth, teeth + tap] = np.bincount(intervals.tooth, heavy[:, tap], teeth)
     normal[teeth:, :teeth] = normal[:teeth, teeth:].T
-    normal[teeth:, teeth:] = seen.answer.T @ heavy
-    moment[teeth:] = heavy.T @ seen.value
+    normal[teeth:, teeth:] = intervals.delayed.T @ heavy
+    moment[teeth:] = heavy.T @ intervals.value
     return normal, moment
 
 
-def _prior(seen: Evidence) -> FloatArray:
+def _prior(intervals: Evidence) -> FloatArray:
     """Prior of the taps: each alone might explain all of the motion."""
-    share = np.var(seen.answer, axis=0)
-    size = max(float(np.var(seen.value)), 1e-16)
+    share = np.var(intervals.delayed, axis=0)
+    size = max(float(np.var(intervals.value)), 1e-16)
     return np.diag(share / size)
 
 
-def _weights(left: FloatArray, answer: FloatArray, seen: Evidence) -> FloatArray:
+def _weights(residual: FloatArray, response: FloatArray, intervals: Evidence) -> FloatArray:
     """One over the local variance over about four turns; single outliers count less."""
-    square = np.minimum(left**2, 1.0) + (CROOKED * answer) ** 2
-    local = np.maximum(signal.fftconvolve(square, seen.window, mode="same"), 0.0) + seen.timer**2
-    excess = np.abs(left) / np.sqrt(local)
+    square = np.minimum(residual**2, 1.0) + (CROOKED * response) ** 2
+    local = (
+        np.maximum(signal.fftconvolve(square, intervals.window, mode="same"), 0.0)
+        + intervals.timer**2
+    )
+    excess = np.abs(residual) / np.sqrt(local)
     return np.asarray(np.minimum(1.0, OUTLIER / np.maximum(excess, 1e-12)) / local)
 
 
 def _covariance(
-    seen: Evidence, score: FloatArray, normal: FloatArray, prior: FloatArray, teeth: int
+    intervals: Evidence, score: FloatArray, normal: FloatArray, prior: FloatArray, teeth: int
 ) -> FloatArray:
     """Covariance of the levels: A^-1 (S + prior) A^-1 with S from batches of turns."""
-    batch = np.arange(score.size) * min(BATCHES, seen.batches) // score.size
+    batch = np.arange(score.size) * min(BATCHES, intervals.batches) // score.size
     rows = [
-        np.concatenate((np.bincount(seen.tooth[b], score[b], teeth), seen.answer[b].T @ score[b]))
+        np.concatenate(
+            (np.bincount(intervals.tooth[b], score[b], teeth), intervals.delayed[b].T @ score[b])
+        )
         for b in (batch == k for k in range(batch[-1] + 1))
     ]
     scores = np.array(rows)

@@ -14,7 +14,7 @@ MARGIN = 2.0  # s
 
 @dataclass(frozen=True)
 class TrialWindow:
-    """Where in the time base a trial excited.
+    """Part of the time base in which a trial excited.
 
     exciting  slice of the time base in which the phase was EXCITING
     record    the same with up to 2 s before it and after it, so that the response to what was
@@ -70,7 +70,7 @@ def tripped(base: Dataset) -> tuple[TripReason, float]:
 
 
 def trip_in_words(trip: TripReason) -> str:
-    """Say a trip reason as a rider would read it."""
+    """Return a trip reason in the rider's words."""
     return _WORDS.get(trip.name, trip.name.lower().replace("_", " "))
 
 

@@ -35,7 +35,7 @@ def with_true_teeth(axle: AxleSpeed, pitch: ToothPitch, data: Aligned) -> AxleSp
 
 
 def inputs(base: Dataset) -> tuple[Answers, ...]:
-    """What was done to the vehicle: what was commanded, else what was measured."""
+    """Inputs of the vehicle: the commanded ones, else the measured ones."""
     found = []
     for command, measured in FALLBACKS:
         value = base.get(command)

@@ -82,7 +82,7 @@ def broken_line(z: float, knots: tuple[float, ...], values: tuple[float, ...]) -
 
 
 def quantity(along: float, seen: tuple[float, ...]) -> float:
-    """The quantity z. seen: the first of QUANTITIES as they are, then what they need."""
+    """The quantity z. seen: the first of QUANTITIES, then the inputs of the others."""
     i = int(along)
     if i < 6:
         return seen[i]
@@ -186,7 +186,7 @@ def on_the_road(
     values: tuple[float, ...],
     seen: tuple[float, ...],
 ) -> float:
-    """The drag [N] less what pushes."""
+    """The drag [N] less the force of the curve."""
     if place != 5.0:
         return drag_force
     return drag_force - broken_line(quantity(along, seen), knots, values)

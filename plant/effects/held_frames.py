@@ -74,5 +74,5 @@ class HeldFrames(Effect):
         """
         if not rhythm:
             return value
-        seen = rhythm * float(np.median(np.diff(time)))
-        return np.asarray(value + known.late * (self.hold / seen))
+        measured_hold = rhythm * float(np.median(np.diff(time)))
+        return np.asarray(value + known.late * (self.hold / measured_hold))

@@ -41,7 +41,7 @@ def limit_velocity(servo_velocity: float, limit: float) -> float:
 def hold_at_limit(
     servo_acceleration: float, throttle_rate: float, limit: float, step: float
 ) -> float:
-    """The acceleration [1/s^2]; where it would push beyond the limit, back onto it."""
+    """The acceleration [1/s^2]; where it would exceed the limit, back onto it."""
     if abs(throttle_rate) < limit or servo_acceleration * throttle_rate <= 0.0:
         return servo_acceleration
     return (min(max(throttle_rate, -limit), limit) - throttle_rate) / step

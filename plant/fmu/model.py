@@ -1,4 +1,4 @@
-"""What an FMU of a motorcycle is made from: the motorcycle, its internal step, and how it starts."""
+"""Definition of an FMU of a motorcycle: the motorcycle, its internal step, and how it starts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,1 +1,1 @@
-"""Binding files: where each role of the bench lives on the bus of one motorcycle."""
+"""Binding files: the location of each role of the bench on the bus of one motorcycle."""

@@ -1,4 +1,4 @@
-"""How the signals of a capture behave: plausible values, agreeing speeds, gears in the ratio of speeds."""
+"""Behaviour of the signals of a capture: plausible values, agreeing speeds, gear ratios."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ PLAUSIBLE: dict[str, tuple[float, float]] = {
     "lean_angle": (-1.3, 1.3),
 }
 BY_BEHAVIOUR = ("engine_speed", "gear", "vehicle_speed")
-NAMED = 0.25  # score from which the name of a signal says something
+NAMED = 0.25  # score from which the name of a signal is evidence
 BEHAVES = 0.6  # score of a signal that only its behaviour speaks for
 MOST_OF_SWITCH = 4  # values
 SPEED = (-6.0, 130.0)
@@ -51,7 +51,7 @@ SPEED_ROLES = tuple(role for role in ROLES if role.endswith("_speed") and role !
 
 @dataclass(frozen=True)
 class Evidence:
-    """What a capture says of a signal in a role: it changes the score, for a reason."""
+    """Evidence of a capture on a signal in a role: a change of the score, and the reason."""
 
     change: float
     reason: str
@@ -61,14 +61,14 @@ class Behaviour:
     """Evidence from one capture."""
 
     def __init__(self, capture: Captured) -> None:
-        """Prepare; each signal is resampled when it is first asked for."""
+        """Prepare; each signal is resampled at its first use."""
         self.capture = capture
         steps = int(capture.duration / STEP)
         self._base = np.arange(max(steps, 1)) * STEP
         self._held: dict[str, Array | None] = {}
 
     def evidence(self, found: Match, role: str) -> list[Evidence]:
-        """What the capture says of a signal in a role."""
+        """Evidence of the capture on a signal in a role."""
         if found.message.name not in self.capture.traffic:
             return [Evidence(-0.5, "message not in the capture")]
         return list(self._evidence(found, role))
@@ -122,7 +122,7 @@ class Behaviour:
             yield Evidence(0.15, f"explains {explained:.0%} of the ratio of engine and wheel speed")
 
     def unnamed(self, role: str) -> Iterator[Match]:
-        """Signals whose names say nothing of a role, but which behave as it does."""
+        """Signals whose names do not indicate a role, but which behave as it does."""
         if self.speed is None or role not in BY_BEHAVIOUR:
             return
         for message, signal in self._numbers():
@@ -226,7 +226,7 @@ class Behaviour:
 
 
 def _is_named(message: Message, signal: Signal, role: str) -> bool:
-    """Whether the name of a signal says what it is: this role, or for a speed another speed."""
+    """Whether the name of a signal identifies it: this role, or for a speed another speed."""
     roles = SPEED_ROLES if role in SPEED_ROLES else (role,)
     return any(match(message, signal, each).score >= NAMED for each in roles)
 

@@ -136,7 +136,7 @@ def _cycle(message: Message, traffic: Traffic) -> Iterator[str]:
 
 
 def protection_text(message: Message, traffic: Traffic) -> str:
-    """Entry `protection` of a message as the capture shows it; "" where it shows none."""
+    """Entry `protection` of a message as identified from the capture; "" where none is."""
     lines = [line for line in _protection(message, traffic) if not line.startswith("#")]
     return lines[0].partition(" #")[0] if lines else ""
 

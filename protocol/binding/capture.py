@@ -1,4 +1,4 @@
-"""What a capture shows of each message: cycle time, counter, checksum; and each signal as a series."""
+"""Cycle time, counter and checksum of each message of a capture; each signal as a time series."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -96,19 +96,19 @@ def captured(log: SortedLog, database: Database, origin: str = "") -> Captured:
 
 
 def traffic_of(frames: Frames, time_ns: npt.NDArray[np.int64]) -> Traffic:
-    """What the frames of one message show. time_ns: (n,) of the whole log, ns."""
+    """Cycle time, counter and checksum of one message. time_ns: (n,) of the whole log, ns."""
     intervals = np.diff(time_ns[frames.rows]) * 1e-9
-    seen = Traffic(
+    traffic = Traffic(
         len(frames),
         _cycle_time(intervals),
         float(intervals.max()) if intervals.size else np.inf,
         contradicted=float(frames.protected.mean()) < SHARE,
     )
     profile = find_profile(frames.data)
-    return replace(seen, profile=profile) if profile else _plain(seen, frames)
+    return replace(traffic, profile=profile) if profile else _plain(traffic, frames)
 
 
-def _plain(seen: Traffic, frames: Frames) -> Traffic:
+def _plain(traffic: Traffic, frames: Frames) -> Traffic:
     """Counter and checksum that are no AUTOSAR profile."""
     message, data = frames.message, frames.data
     counter, count = _counter(frames)
@@ -121,15 +121,15 @@ def _plain(seen: Traffic, frames: Frames) -> Traffic:
         counter, count = "", None
     places = _places(message)
     check = find_checksum(data, (*places, *_free_bytes(message)))
-    seen = replace(seen, counter=counter, period=count.period if count else 0)
+    traffic = replace(traffic, counter=counter, period=count.period if count else 0)
     if check is not None and check.place not in places:
         named = describe(check.rule)
         notes.append(f"byte {check.place} is a checksum ({named}), but has no signal of its own")
     elif check is not None:
         rule = _named(check.rule, places[check.place])
         others = tuple(_named(each, rule.signal) for each in check.others)
-        seen = replace(seen, checksum=rule, share=check.share, others=others)
-    return replace(seen, notes=tuple(notes))
+        traffic = replace(traffic, checksum=rule, share=check.share, others=others)
+    return replace(traffic, notes=tuple(notes))
 
 
 def describe(rule: Checksum) -> str:
@@ -177,13 +177,13 @@ def _called_counter(signal: Signal) -> bool:
 
 
 def _wrapped(raw: npt.NDArray[np.int64], signal: Signal) -> bool:
-    """Whether a count is that of a counter: it wraps, or its name says so."""
+    """Whether a count is that of a counter: it wraps, or its name states it."""
     return bool(np.any(np.diff(raw) < 0)) or _called_counter(signal)
 
 
 def _places(message: Message) -> dict[int, str]:
     """Whole bytes that have a signal of their own without a unit; those called checksums first."""
-    whole = {
+    byte_signals = {
         signal.first_bit // 8: signal
         for signal in message.signals
         if signal.length == 8
@@ -191,8 +191,10 @@ def _places(message: Message) -> dict[int, str]:
         and not (signal.signed or signal.unit or signal.multiplexer)
     }
     ends = (message.length - 1, 0)
-    order = sorted(whole, key=lambda at: (not _called_checksum(whole[at]), at not in ends, -at))
-    return {place: whole[place].name for place in order}
+    order = sorted(
+        byte_signals, key=lambda at: (not _called_checksum(byte_signals[at]), at not in ends, -at)
+    )
+    return {place: byte_signals[place].name for place in order}
 
 
 def _called_checksum(signal: Signal) -> bool:

@@ -1,4 +1,4 @@
-"""How well a signal suits a role, by its name, its unit and its message."""
+"""Score of a signal for a role, by its name, its unit and its message."""
 
 import re
 from dataclasses import dataclass
@@ -178,7 +178,7 @@ def suits_unit(signal: Signal, role: str) -> bool:
 
 
 def match(message: Message, signal: Signal, role: str) -> Match:
-    """How well one signal suits a role."""
+    """Score of one signal for a role, with the reasons."""
     held, around = concepts_in(signal.name), _around(message)
     by_unit, needed = unit_concepts(signal.unit), needed_of(role)
     weights = [_weight(group, held, around, by_unit) for group in needed]
@@ -192,7 +192,7 @@ def match(message: Message, signal: Signal, role: str) -> Match:
     if role not in REQUESTS and (SENT in around) != (role in OWN_STATUS):
         score -= ELSEWHERE
     if role not in REQUESTS + COMMANDS and not held.isdisjoint(("request", "setpoint")):
-        score -= ELSEWHERE  # what is wanted is not what is
+        score -= ELSEWHERE  # a requested value is not a measured one
     reasons = ["name" if any(_hits(group, held) for group in needed) else "name of the message"]
     if not suits_unit(signal, role):
         score *= WRONG_UNIT
@@ -240,7 +240,7 @@ def _around(message: Message) -> frozenset[str]:
 
 
 def _is_bare(name: str, held: frozenset[str], role: str) -> bool:
-    """Whether a name says nothing but the one word that may mean the role."""
+    """Whether a name consists only of the word that may mean the role, and of noise."""
     bare = BARE.get(role)
     return bare in held and all(
         bare in concepts_of(word) or is_noise(word) for word in words_of(name)
@@ -264,13 +264,13 @@ def _weight(
 
 @cache
 def _lost(name: str, role: str) -> float:
-    """What the words of a name that belong to no part of the role cost."""
-    wanted = {concept for group in needed_of(role) for concept in group}
-    wanted |= NEUTRAL | set(ALLOWED.get(role, ()))
+    """Loss of score from the words of a name that belong to no part of the role."""
+    expected = {concept for group in needed_of(role) for concept in group}
+    expected |= NEUTRAL | set(ALLOWED.get(role, ()))
     lost = 0.0
     for word in words_of(name):
         concepts = concepts_of(word)
-        if concepts & wanted or is_noise(word):
+        if concepts & expected or is_noise(word):
             continue
         lost += FOREIGN if concepts else UNKNOWN_WORD
     return lost

@@ -103,7 +103,7 @@ def require_roles(roles: RoleMap, database: Database, where: str, spark: bool = 
 def require_absent(roles: RoleMap, where: str) -> None:
     """Check that [degraded] accepts the absence of no role that the file binds.
 
-    The bench would assume what a signal says. Raises InputError that names the role.
+    The bench would assume a value that a signal measures. Raises InputError that names the role.
     """
     for entry, role in _replaced(roles.degraded):
         if role in roles.roles and not roles.roles[role].column:

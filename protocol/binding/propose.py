@@ -57,7 +57,7 @@ class Proposal:
         return [message for message in self.database.messages if message.name in names]
 
     def traffic(self, message: str) -> Traffic | None:
-        """What the capture shows of a message; None where it did not come."""
+        """Traffic of a message in the capture; None where it did not occur."""
         return self.capture.traffic.get(message) if self.capture else None
 
 
@@ -73,7 +73,7 @@ def propose(database: Database, capture: Captured | None = None) -> Proposal:
 
 
 def _ranked(database: Database, role: str, behaviour: Behaviour | None) -> Iterator[Match]:
-    """Signals for a role, the best first, their scores changed by what the capture shows."""
+    """Signals for a role, the best first, their scores corrected by the evidence of the capture."""
     by_name = matches(database, role)
     if behaviour is None or role in SENT:
         yield from by_name[:LOOKED_AT]

@@ -1,9 +1,10 @@
-"""Counters and checksums that a capture shows, found from the payloads of one message.
+"""Counters and checksums of a capture, identified from the payloads of one message.
 
 CRC, XOR and the AUTOSAR profiles are linear over GF(2): of payloads of one length, the CRC with any start
 value, final XOR and data id differs from the CRC that starts at 0 by a constant. A rule therefore holds
-when (checksum byte) XOR (CRC from 0 over the other bytes) is the same in all frames; no start value has
-to be tried, and the constant gives the data id. Profile 2 has one constant for each counter value.
+when (checksum byte) XOR (CRC from 0 over the other bytes) is the same in all frames; no search over
+start values is needed, and the constant gives the data id. Profile 2 has one constant for each
+counter value.
 
 Chance: a rule counts only where it explains at least `LEAST_FRAMES` different payloads beyond its free
 constants. Random bytes satisfy one of about 3000 rules with a probability below 3000 / 256^11. A rule
@@ -25,10 +26,10 @@ Bytes = npt.NDArray[np.uint8]
 LEAST_FRAMES = 12  # different payloads that a rule must explain beyond its free constants
 MOST_FRAMES = 400  # different payloads that are looked at first
 SHARE = 0.98  # of the frames that a rule must explain; a capture may hold damaged frames
-LEAST_VALUES = 8  # of a checksum; one that hardly changes shows nothing
+LEAST_VALUES = 8  # of a checksum; one that hardly changes is no evidence
 COPY = 0.9  # share of frames from which a byte counts as the copy of another
 STEADY = 0.9  # share of a counter's steps that are the same
-LEAST_STEPS = 24  # steps of a counter that must be seen
+LEAST_STEPS = 24  # steps of a counter that must be observed
 COMMON = (0x1D, 0x2F, 0x07, 0x31, 0x9B, 0xD5, 0x39, 0x4D)  # polynomials that are in use
 
 
@@ -183,8 +184,8 @@ def _byte(few: Bytes, data: Bytes, place: int) -> Iterator[Byte]:
     rules = list(_rules(content, check))
     if not rules:
         return
-    whole, sent = np.delete(data, place, axis=1), data[:, place]
-    shares = [float(np.mean(checksums(rule, whole) == sent)) for rule in rules]
+    others, sent = np.delete(data, place, axis=1), data[:, place]
+    shares = [float(np.mean(checksums(rule, others) == sent)) for rule in rules]
     yield Byte(place, rules[0], shares[0], tuple(rules[1:]))
 
 
@@ -260,8 +261,8 @@ def _copies(column: Bytes, check: Bytes) -> bool:
 def _nibble_counter(few: Bytes, period: int) -> npt.NDArray[np.uint8] | None:
     """Low nibble of byte 1 where it takes all values of a counter of this period; else None."""
     values = few[:, 1] & 0x0F
-    seen = np.unique(values)
-    if len(seen) < period or (period == 15 and seen[-1] == 15):
+    distinct = np.unique(values)
+    if len(distinct) < period or (period == 15 and distinct[-1] == 15):
         return None
     return np.asarray(values, np.uint8)
 

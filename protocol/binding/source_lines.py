@@ -161,8 +161,8 @@ def _unknown(proposal: Proposal, role: str, found: Match) -> list[float]:
     }
     if role == "gear" and signal.maximum and proposal.traffic(found.message.name):
         assert proposal.capture is not None
-        seen = np.unique(proposal.capture.series(found.message, signal)[1])
-        values |= {float(value) for value in seen if value > signal.maximum}
+        observed = np.unique(proposal.capture.series(found.message, signal)[1])
+        values |= {float(value) for value in observed if value > signal.maximum}
     return sorted(values)
 
 

@@ -1,4 +1,4 @@
-"""Tooth messages of a database: found by their layout, told apart by their names."""
+"""Tooth messages of a database: found by their layout, distinguished by their names."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -137,7 +137,11 @@ def concepts_of(word: str) -> frozenset[str]:
     for length in range(len(word) - 1, LONG_ENOUGH, -1):  # "temperat", "accelerat"
         if word[:length] in known and len(word) - length < LONG_ENOUGH:
             return known[word[:length]]
-    longer = [whole for whole in known if whole.startswith(word)] if len(word) > LONG_ENOUGH else []
+    longer = (
+        [spelling for spelling in known if spelling.startswith(word)]
+        if len(word) > LONG_ENOUGH
+        else []
+    )
     return known[min(longer, key=len)] if longer else frozenset()
 
 
@@ -148,13 +152,13 @@ def concepts_in(name: str) -> frozenset[str]:
 
 
 def is_noise(word: str) -> bool:
-    """Whether a word says nothing about what a signal is."""
+    """Whether a word does not help to identify a signal."""
     return word in NOISE or len(word) == 1
 
 
 @cache
 def _cut(part: str) -> tuple[str, ...]:
-    """A run of letters as words that are known, "wheelspeedfl" -> wheel, speed, fl; else whole."""
+    """Known words of a run of letters, "wheelspeedfl" -> wheel, speed, fl; else the run itself."""
     if part in NOISE or concepts_of(part):
         return (part,)
     return _pieces(part) or (part,)
@@ -170,6 +174,6 @@ def _pieces(run: str) -> tuple[str, ...]:
             continue
         if not tail:
             return (head,)
-        if length >= LONG_ENOUGH and (rest := _pieces(tail)):
-            return head, *rest
+        if length >= LONG_ENOUGH and (remainder := _pieces(tail)):
+            return head, *remainder
     return ()

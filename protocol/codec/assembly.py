@@ -21,7 +21,7 @@ class Assembly:
         self._times: dict[str, dict[tuple[str, Selection], float]] = {}
 
     def take(self, plan: FramePlan, payload: bytearray, time: float) -> list[Joined] | FrameFault:
-        """Messages that are whole with a frame that arrived at `time` (s); or the fault of a value in it."""
+        """Messages that a frame received at `time` (s) completes, or the fault of a value in it."""
         words = plan.words(payload)
         if plan.only is not None:
             message = plan.only.unpack(words)
@@ -39,8 +39,8 @@ class Assembly:
         for part, content in found:
             if not isinstance(content, Mapping):
                 joined.append((part.name, content, time))
-            elif (whole := self._join(part, content, time)) is not None:
-                joined.append(whole)
+            elif (complete := self._join(part, content, time)) is not None:
+                joined.append(complete)
         return joined
 
     def _join(self, part: Part, content: Mapping[str, object], time: float) -> Joined | None:

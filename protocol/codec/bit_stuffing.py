@@ -84,7 +84,7 @@ def arbitration(identifier: int, extended: bool) -> int:
 
 
 def _bytes_of(value: int, size: int) -> Pieces:
-    """Cut `size` bits into bytes from the end, the rest first."""
+    """Cut `size` bits into bytes from the end; the remaining bits come first."""
     head = size % 8
     pieces = [(value >> (size - head), head)] if head else []
     pieces += [(value >> shift & 0xFF, 8) for shift in range(size - head - 8, -1, -8)]

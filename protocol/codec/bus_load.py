@@ -1,4 +1,4 @@
-"""How busy a bus was, from a recording of it."""
+"""Bus load, from a recording."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -198,7 +198,7 @@ class Codec:
                         )
 
     def _require_one_page(self) -> None:
-        """Check that one frame carries a whole request: the ECU would join old halves to new ones."""
+        """Check that one frame carries a full request; else the ECU mixes old and new values."""
         for part in self._parts_of.get(REQUEST, ()):
             plan = self._plans[part.message.name]
             if sum(any(held.name == REQUEST for held in page) for page in plan.pages) > 1:
@@ -225,7 +225,7 @@ def key_of(message: Message) -> tuple[int, bool]:
 
 
 def _unsent(members: list[Any]) -> str:
-    """Members of an enumeration that its signal cannot show; an authority shows the rest of itself."""
+    """Members of an enumeration that its signal cannot encode; an Authority requires NONE only."""
     if not members or not isinstance(members[0], IntEnum):
         return ""
     kind = type(members[0])

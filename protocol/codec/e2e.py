@@ -1,4 +1,4 @@
-"""A receiver trusts a frame when its CRC is right and its counter is the next one.
+"""A receiver accepts a frame when its CRC is right and its counter is the next one.
 
 AUTOSAR E2E profile 1 (Specification of SW-C End-to-End Communication Protection Library): byte 0
 is a CRC-8 over data id, counter and payload, the low nibble of byte 1 counts 0 to 14.
@@ -23,13 +23,13 @@ def protect(payload: bytearray, data_id: int, counter: int) -> None:
 
 
 def crc_is_right(payload: bytearray, data_id: int) -> bool:
-    """Tell whether a payload is what its sender protected; a counter of 15 is nobody's."""
+    """Whether a payload has a valid CRC and counter; a counter of 15 is invalid."""
     return bool(e2e_p01_check(payload, data_id))
 
 
 @dataclass(frozen=True, slots=True)
 class LastSeen:
-    """What a receiver remembers of one message: the last good counter, and when it came."""
+    """State of the receiver of one message: the last good counter, and its time."""
 
     counter: int | None = None
     time: float | None = None
@@ -41,9 +41,9 @@ INITIAL = LastSeen()
 def check(
     state: LastSeen, counter: int, crc_ok: bool, now: float, timeout: float
 ) -> tuple[LastSeen, FrameFault | None]:
-    """Judge the frame that has just come. now, timeout: in one unit, s or ns.
+    """Check the frame that has just arrived. now, timeout: in one unit, s or ns.
 
-    A wrong CRC or a repetition does not count as having been seen: both grow stale. After a
+    A frame with a wrong CRC or a repeated counter does not update the state. After a
     time-out the number of frames lost is not known (the counter may have turned), so the fault is
     "stale"; the frame itself is good and the state starts afresh from it.
     """
@@ -60,7 +60,7 @@ def check(
 
 
 def silence(state: LastSeen, now: float, timeout: float) -> FrameFault | None:
-    """Tell whether nothing good has come for longer than `timeout`; never before the first."""
+    """Fault where no good frame has come for longer than `timeout`; never before the first."""
     if state.time is None or now - state.time <= timeout:
         return None
     return FrameFault(Fault.STALE, expected=f"within {timeout:g}", found=f"{now - state.time:g}")
@@ -79,7 +79,7 @@ def crcs(data: npt.NDArray[np.uint8], data_id: int) -> npt.NDArray[np.uint8]:
 
 
 def rightly_protected(data: npt.NDArray[np.uint8], data_id: int) -> npt.NDArray[np.bool_]:
-    """Tell of every payload of a log, (n,), whether `crc_is_right`; a counter of 15 never is."""
+    """Mask of the payloads of a log, (n,), for which `crc_is_right`; a counter of 15 is invalid."""
     return np.asarray((crcs(data, data_id) == data[:, 0]) & (data[:, 1] & 0x0F < PERIOD))
 
 

@@ -35,7 +35,7 @@ def raw(signal: Signal, payloads: Words) -> Raw:
 
 
 def _to_the_top(signal: Signal, payloads: Words) -> Words:
-    """Shift a signal to the upper end of a word, so that one more shift rids it of the rest."""
+    """Shift a signal to the upper end of a word, so that one more shift removes the other bits."""
     word, bit = divmod(signal.first_bit, 64)
     if signal.little_endian:
         excess = bit + signal.length - 64  # bits that lie in the next word

@@ -1,4 +1,4 @@
-"""How many bits every frame of a log takes on the wire, its stuff bits counted exactly.
+"""Number of bits of every frame of a log on the wire, with the exact number of stuff bits.
 
 The rules and their tables are in `protocol/codec/bit_stuffing.py`; here they act on columns.
 """
@@ -82,14 +82,14 @@ def _arbitration(identifier: IntArray, extended: bool) -> IntArray:
 
 
 def _pieces(value: IntArray, size: int) -> Pieces:
-    """Cut `size` bits into bytes from the end, the rest first."""
+    """Cut `size` bits into bytes from the end; the remaining bits come first."""
     head = size % 8
     widths = ([head] if head else []) + [8] * (size // 8)
     pieces: Pieces = []
-    left = size
+    remaining = size
     for width in widths:
-        left -= width
-        pieces.append((value >> left & (1 << width) - 1, width))
+        remaining -= width
+        pieces.append((value >> remaining & (1 << width) - 1, width))
     return pieces
 
 

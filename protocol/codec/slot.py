@@ -135,7 +135,7 @@ class Slot:
         if found is not None:
             return found
         members = self.values or {}
-        if isinstance(value, Authority):  # a signal that cannot show an actuator shows the other
+        if isinstance(value, Authority):  # a signal without one actuator encodes the other
             held = [(member, raw) for raw, member in members.items() if member & value == member]
             if held:
                 return max(held)[1]
@@ -221,8 +221,8 @@ def _conversion(signal: Signal, where: str, kind: type, at: SignalAt | None) -> 
                 remedy='state what each raw value means, as in values = { "0" = 1, "1" = 0 }',
             )
         return 1, 0
-    whole = kind is int  # in no unit
-    scale, offset = (signal.scale, signal.offset) if whole else si(signal, where, at.unit, at.to)
+    unitless = kind is int
+    scale, offset = (signal.scale, signal.offset) if unitless else si(signal, where, at.unit, at.to)
     return scale * factor, offset * factor + at.offset
 
 

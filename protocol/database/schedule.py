@@ -67,7 +67,7 @@ def longest(message: Message, bitrate: float, data_bitrate: float | None = None)
         stuffable = (54 if message.extended else 34) + data
         return (stuffable + (stuffable - 1) // 4 + CLASSIC_TAIL) / bitrate
     slow = 36 if message.extended else 17
-    stuffed = (slow - 1) // 4  # at the nominal rate; the rest falls into the data phase
+    stuffed = (slow - 1) // 4  # at the nominal rate; the others fall into the data phase
     fast = 5 + data
     crc = 17 + 4 + 6 if message.length <= 16 else 21 + 4 + 7
     more = (slow + fast - 1) // 4 - stuffed

@@ -114,14 +114,14 @@ def _stamps(since: npt.NDArray[np.int64]) -> Any:
     pa = optional_library("pyarrow")
     compute = optional_library("pyarrow.compute")
 
-    seconds, rest = np.divmod(since, SECOND)
-    exact = rest % 1000 == 0
-    digits = pa.array(np.where(exact, rest // 1000, rest)).cast(pa.string())
+    seconds, remainder = np.divmod(since, SECOND)
+    exact = remainder % 1000 == 0
+    digits = pa.array(np.where(exact, remainder // 1000, remainder)).cast(pa.string())
     padded = compute.if_else(
         exact, compute.utf8_lpad(digits, 6, "0"), compute.utf8_lpad(digits, 9, "0")
     )
-    whole = pa.array(seconds).cast(pa.string())
-    return compute.utf8_lpad(compute.binary_join_element_wise(whole, padded, "."), 12)
+    full_seconds = pa.array(seconds).cast(pa.string())
+    return compute.utf8_lpad(compute.binary_join_element_wise(full_seconds, padded, "."), 12)
 
 
 def _payloads(log: FrameLog) -> Any:

@@ -59,17 +59,17 @@ def write_blf(portions: Iterator[SortedLog], _database: Database, path: Path) ->
     """Write the raw frames; this format holds no decoded signals."""
     count = last = unpacked = 0
     start: int | None = None
-    rest = b""
+    remainder = b""
     with path.open("wb") as file:
         file.write(bytes(FILE_HEADER))
         for log in (portion.log for portion in portions if len(portion.log)):
             start = _start(log) if start is None else start
-            objects = memoryview(rest + _objects(log, start))
-            whole = len(objects) // CONTAINER * CONTAINER
-            unpacked += _write_containers(file, objects[:whole])
-            rest = bytes(objects[whole:])
+            objects = memoryview(remainder + _objects(log, start))
+            complete = len(objects) // CONTAINER * CONTAINER
+            unpacked += _write_containers(file, objects[:complete])
+            remainder = bytes(objects[complete:])
             count, last = count + len(log), max(last, int(log.time_ns[-1]))
-        unpacked += _write_containers(file, memoryview(rest))
+        unpacked += _write_containers(file, memoryview(remainder))
         written = file.tell()
         file.seek(0)
         file.write(_file_header(written, FILE_HEADER + unpacked, count, start or 0, last))
@@ -96,11 +96,11 @@ def _objects(log: FrameLog, start: int) -> bytes:
         return _records(log, classic, start, CLASSIC).tobytes()
     sizes = np.where(log.fd, FLEXIBLE.itemsize, CLASSIC.itemsize)
     places = np.cumsum(sizes) - sizes
-    whole = np.empty(int(sizes.sum()), np.uint8)
+    buffer = np.empty(int(sizes.sum()), np.uint8)
     for rows, kind in ((classic, CLASSIC), (flexible, FLEXIBLE)):
         bytes_ = _records(log, rows, start, kind).view(np.uint8).reshape(rows.size, kind.itemsize)
-        whole[places[rows][:, None] + np.arange(kind.itemsize)] = bytes_
-    return whole.tobytes()
+        buffer[places[rows][:, None] + np.arange(kind.itemsize)] = bytes_
+    return buffer.tobytes()
 
 
 def _records(

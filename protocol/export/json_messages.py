@@ -52,7 +52,9 @@ def quantity_schema(unit: str, description: str = "", kind: str = "number") -> T
 
 def signal_schema(signal: Signal) -> Tree:
     """JSON Schema of one signal; every value that its bits can hold is valid."""
-    schema = quantity_schema(signal.unit, signal.comment, "integer" if _whole(signal) else "number")
+    schema = quantity_schema(
+        signal.unit, signal.comment, "integer" if _is_integer(signal) else "number"
+    )
     if not signal.choices:
         return schema
     if _is_enumeration(signal):
@@ -61,9 +63,9 @@ def signal_schema(signal: Signal) -> Tree:
     return {**schema, "choices": _named(signal, signal.choices)}
 
 
-def _whole(signal: Signal) -> bool:
-    whole = float(signal.scale).is_integer() and float(signal.offset).is_integer()
-    return whole and not signal.is_float
+def _is_integer(signal: Signal) -> bool:
+    integral = float(signal.scale).is_integer() and float(signal.offset).is_integer()
+    return integral and not signal.is_float
 
 
 def _is_enumeration(signal: Signal) -> bool:

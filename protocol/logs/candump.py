@@ -27,25 +27,25 @@ def candump_pieces(
 
     Raises InputError, which names the `expected` form of a line, for a file without line ends.
     """
-    done, rest = 0, b""
+    done, remainder = 0, b""
     with open_user_file(path) as file:
         total = max(os.fstat(file.fileno()).st_size, 1)
         while piece := file.read(size):
             done += len(piece)
-            whole, newline, rest = (rest + piece).rpartition(b"\n")
+            complete, newline, remainder = (remainder + piece).rpartition(b"\n")
             progress(done / total)
             if newline:
-                yield whole + newline
-            elif len(rest) > LONGEST:
+                yield complete + newline
+            elif len(remainder) > LONGEST:
                 raise InputError(
                     "this is no text of lines",
                     where=str(path),
                     expected=expected,
-                    found=f"no line end in {len(rest):,} bytes",
+                    found=f"no line end in {len(remainder):,} bytes",
                     remedy="is it a log, and whole?",
                 )
-    if rest:
-        yield rest
+    if remainder:
+        yield remainder
 
 
 def parse_pieces(pieces: Iterable[bytes], where: str, warnings: list[str]) -> FrameLog:
@@ -117,16 +117,16 @@ def _without_torn_end(piece: bytes, before: int, where: str, warnings: list[str]
     """
     if piece.endswith(b"\n"):
         return piece
-    whole, newline, last = piece.rpartition(b"\n")
+    complete, newline, last = piece.rpartition(b"\n")
     last_line = last.rstrip(b"\0")
     if parse_text(np.frombuffer(last_line, np.uint8), []).bad_line is None:
         if last_line.strip():
             warnings.append(f"{where}: the last line has no line end; it is read as it is")
-        return whole + newline + last_line
+        return complete + newline + last_line
     if not newline and not before:
         return piece  # nothing but one unreadable line: not a torn log, another kind of file
     warnings.append(f"{where}: the last line is incomplete and omitted: {_shown(last_line)}")
-    return whole + newline
+    return complete + newline
 
 
 def _not_a_frame(line: bytes, number: int, where: str) -> InputError:

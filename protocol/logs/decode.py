@@ -42,8 +42,8 @@ class Samples:
         64 bits.
         """
         scale, offset = float(self.signal.scale), float(self.signal.offset)
-        whole = not self.signal.is_float and scale.is_integer() and offset.is_integer()
-        if not whole or self.value.dtype != np.float64:
+        integral = not self.signal.is_float and scale.is_integer() and offset.is_integer()
+        if not integral or self.value.dtype != np.float64:
             return self.value
         wide = [raw * int(scale) + int(offset) for raw in self.raw.tolist()]
         return np.array(wide, dtype=object)
@@ -83,10 +83,10 @@ class Frames:
         if key not in self._pages:
             parent = self.samples(multiplexer)
             present = _among(parent.raw, values)
-            whole = parent.rows.size == self.rows.size  # unless multiplexed itself
+            in_all = parent.rows.size == self.rows.size  # unless multiplexed itself
             within = (
                 np.flatnonzero(present)
-                if whole
+                if in_all
                 else (np.searchsorted(self.rows, parent.rows[present]))
             )
             self._pages[key] = Frames(self.message, self.rows[within], self.words[within])
@@ -148,9 +148,9 @@ def sort_log(log: FrameLog, database: Database) -> SortedLog:
     messages = database.messages
     number = _numbers(log, database)
     short = log.length < _lengths(messages)[number]
-    whole = np.where(short, len(messages) + 1 + number, number) if short.any() else number
-    order = np.argsort(whole, kind="stable")
-    ends = np.cumsum(np.bincount(whole, minlength=2 * len(messages) + 1))
+    sort_key = np.where(short, len(messages) + 1 + number, number) if short.any() else number
+    order = np.argsort(sort_key, kind="stable")
+    ends = np.cumsum(np.bincount(sort_key, minlength=2 * len(messages) + 1))
     pieces = np.split(order, ends[:-1])
     payloads = extract.words(log.data)
     frames = [_frames(m, rows, payloads) for m, rows in zip(messages, pieces, strict=False)]

@@ -134,15 +134,15 @@ def decode(
     known = database if isinstance(database, Database) else load_database(Path(database))
     pairs = chosen(known, signals)
     reading = read_log(Path(log))
-    whole = reading.frames
-    by_message = sort_log(whole, known)
+    frames = reading.frames
+    by_message = sort_log(frames, known)
     found = {}
     for message, name in pairs:
         samples = by_message.frames[message].samples(name)
         if samples.rows.size:
             found[f"{message}.{name}"] = _signal(by_message, message, samples)
     short = sum(int(rows.size) for rows in by_message.short.values())
-    return DecodedLog(found, len(whole), int(by_message.unknown.size), short, reading.warnings)
+    return DecodedLog(found, len(frames), int(by_message.unknown.size), short, reading.warnings)
 
 
 def _signal(by_message: SortedLog, message: str, samples: Samples) -> DecodedSignal:

@@ -37,12 +37,12 @@ def gvret_pieces(path: Path, warnings: list[str], progress: Progress) -> Iterato
     """
     number = 0
     for piece in candump_pieces(path, progress, expected=EXPECTED):
-        whole, found = piece.endswith(b"\n"), []
+        complete, found = piece.endswith(b"\n"), []
         lines = piece.removesuffix(b"\n").split(b"\n")
         for line in lines:
             number += 1
             frame = _frame(line)
-            if frame is None and not whole and line is lines[-1] and number > 1:
+            if frame is None and not complete and line is lines[-1] and number > 1:
                 text = line[:80].decode("ascii", errors="backslashreplace")
                 warnings.append(f"{path}: the last line is incomplete and omitted: {text!r}")
             elif frame is None:

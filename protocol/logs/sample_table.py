@@ -2,7 +2,7 @@
 
 One row per sample: `time` (s since the log's first frame), `time_ns` (as logged), `bus`, `message`,
 `signal`, `value` (in the database's unit), `unit`, `label` (where the database names the value).
-Parquet: one row group a signal, so that a reader can take one signal without the rest; a log of
+Parquet: one row group a signal, so that a reader can take one signal without the others; a log of
 more than some millions of frames is decoded in portions, with one row group a signal in each.
 
 No whole number is rounded. CSV holds each with all its digits. Parquet has one type for the column

@@ -29,7 +29,7 @@ _BESIDE = {
 }
 
 
-# Its index of a bus log, which we do not ask for, reads the whole file.
+# Its index of a bus log, which is not needed here, reads the whole file.
 _OPTIONS: dict[str, Any] = {"process_bus_logging": False}
 
 
@@ -46,7 +46,7 @@ def opened(path: Path) -> Iterator[Any]:
                 yield mdf
         except InputError:
             raise
-        except Exception as cause:  # asammdf lets through whatever its parsing meets
+        except Exception as cause:  # asammdf passes on any exception of its parsing
             trouble = f"{type(cause).__name__}: {cause}"[:300]
     if trouble:
         raise InputError(
@@ -138,16 +138,16 @@ def _merged(groups: "list[_Group]") -> Iterator[FrameLog]:
 
 def _joined(parts: "list[_Part]") -> FrameLog:
     width = 64 if any(part.data.shape[1] > 8 for part in parts) else 8
-    whole: dict[str, Any] = {
+    columns: dict[str, Any] = {
         field.name: np.concatenate([getattr(part, field.name) for part in parts])
         for field in fields(_Part)
         if field.name != "data"
     }
     data = np.concatenate([_padded(part.data, width) for part in parts])
-    order = np.argsort(whole["time_ns"], kind="stable")
-    channels, bus = np.unique(whole["bus"], return_inverse=True)
-    whole["bus"] = bus.astype(np.uint8)
-    frames = FrameLog(**whole, data=data, buses=tuple(f"can{channel}" for channel in channels))
+    order = np.argsort(columns["time_ns"], kind="stable")
+    channels, bus = np.unique(columns["bus"], return_inverse=True)
+    columns["bus"] = bus.astype(np.uint8)
+    frames = FrameLog(**columns, data=data, buses=tuple(f"can{channel}" for channel in channels))
     return frames.select(order)
 
 

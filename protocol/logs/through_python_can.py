@@ -119,7 +119,7 @@ class _Source:
             self._look_at_passed_over_lines(frame=False)
         except InputError:
             raise
-        except Exception as cause:  # python-can lets through whatever its parsing meets
+        except Exception as cause:  # python-can passes on any exception of its parsing
             if not self._ends_early():
                 raise self._unreadable(cause) from cause
         finally:

@@ -28,7 +28,7 @@ class Channel:
     stated   unit that the source states for them, in which a report shows them; empty: the usual one
 
     A tooth channel has the tooth's time in `time` and its running count in `value`: a count that
-    steps by more than one says how many teeth are unknown there.
+    steps by more than one states how many teeth are unknown there.
     """
 
     role: str

@@ -90,7 +90,7 @@ class TableLog:
     def _since(self, start: float, found: Samples, rules: TableRules, name: str) -> FloatArray:
         """Times of a table on the time axis of the recording, s."""
         if rules.clock != BUS:
-            return found.time  # nobody knows what it was then on the log's clock
+            return found.time  # its time on the log's clock is unknown
         if rules.align == "start" or (self.span is not None and not found.clock):
             first: float = found.time[0] - rules.time_offset
             return found.time - first

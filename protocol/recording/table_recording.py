@@ -45,7 +45,7 @@ def read_recording(path: Path) -> Recording:
 
 
 def _of_table(path: Path, table: Table) -> Recording:
-    """Take every column with numbers, a unit and times; say of the others what they lack."""
+    """Take every column with numbers, a unit and times; report what the others lack."""
     found, missing, warnings = {}, {}, list(table.warnings)
     for name in table.names:
         try:

@@ -32,7 +32,7 @@ class Teeth:
     """m teeth, in order.
 
     time_us     (m,) encoder's own clock; on the arrivals' clock where there is no anchor at all
-    count       (m,) running count; a step of 1 is an exact interval, a greater one says how many
+    count       (m,) running count; a step of 1 is an exact interval, a greater one states how many
                 teeth are unknown
     arrival_ns  (m,) arrival of the frame that reported the tooth, on the log's clock
     anchored    (m,) False where the time follows from the arrival: exact only relative to the teeth
@@ -95,17 +95,17 @@ def placed_teeth(frames: ToothFrames, anchors: Anchors) -> Teeth:
     elapsed -= elapsed[first][run]
     arrival = frames.arrival[frame]
     time, anchored = _times(count, elapsed, run, arrival, anchors)
-    certain = _certain(count, first, anchored)
-    return Teeth(time[certain], count[certain], arrival[certain], anchored[certain])
+    kept = _kept(count, first, anchored)
+    return Teeth(time[kept], count[kept], arrival[kept], anchored[kept])
 
 
-def _certain(
+def _kept(
     count: IntArray, first: npt.NDArray[np.bool_], anchored: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.bool_]:
     """Mask without the first tooth of a run where only the interval before it is lost.
 
     The run before ended one tooth earlier. Unless both are anchored the interval between them is
-    not known, and a count that steps by one would claim that it is.
+    not known, and a count that steps by one would state that it is.
     """
     next_to = np.diff(count, prepend=count[0] - 2) == 1
     both = anchored & np.concatenate([[False], anchored[:-1]])

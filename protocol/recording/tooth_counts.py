@@ -14,8 +14,8 @@ def absolute_counts(frames: ToothFrames, anchors: Anchors) -> tuple[IntArray, An
     """Running count of each frame's last tooth, (n,), and the anchors on the same count.
 
     A frame that continues the one before in counter and in count has lost nothing. Otherwise the
-    teeth lost are known up to whole turns of the count; the speed on both sides says which. Where
-    the status has come, its wider count decides, carried from the nearest one.
+    teeth lost are known up to whole turns of the count; the speed on both sides determines how
+    many. Where the status has arrived, its wider count is used, carried from the nearest one.
     """
     count = frames.count[0] + np.concatenate([[0], np.cumsum(_steps(frames))])
     if anchors.count.size == 0:

@@ -1,4 +1,4 @@
-"""Columns of a table with what can be said of their values."""
+"""Columns of a table with properties of their values."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Column:
     """One column of numbers. time: (n,) s, empty where the table has no times. value: (n,), in `unit`.
 
     clock   name of its time column; "" where there is none
-    around  what the name of the file says of all columns: "gps" or ""
+    around  context of all columns, from the name of the file: "gps" or ""
     """
 
     name: str
@@ -102,7 +102,7 @@ def columns_of(table: Table) -> Columns:
 
 
 def _around(table: Table) -> str:
-    """What the file says of all its columns: "gps" for a receiver's format or name, else ""."""
+    """Context of all columns of a file: "gps" for a receiver's format or name, else ""."""
     receiver = bool(table.layout) and table.layout[0].startswith(RECEIVERS)
     return "gps" if receiver or "gnss" in concepts_in(Path(table.where).stem) else ""
 

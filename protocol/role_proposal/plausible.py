@@ -1,6 +1,6 @@
 """Which unit makes the values of a column plausible for a role.
 
-A stated unit is tested; where none is stated, every usual unit of that quantity is tried, and only
+A stated unit is tested; where none is stated, every usual unit of that quantity is tested, and only
 one that is plausible alone is proposed. A speed may also be compared with one whose unit is known.
 """
 
@@ -170,7 +170,7 @@ def _in_range(role: str, unit: str, value: FloatArray) -> bool:
 
 
 def _is_plausible(role: str, unit: str, value: FloatArray) -> bool:
-    """Whether values may be in a unit that nobody states: in range, and as large as in any drive."""
+    """Whether values may be in an unstated unit: in range, and as large as in any drive."""
     if not _in_range(role, unit, value):
         return False
     if role in SHARES and unit == "%":

@@ -168,7 +168,7 @@ def _by_name(column: Column, role: str) -> tuple[float, tuple[str, ...]]:
 def _behaviour(
     role: str, unit: str, name: str, speed: FloatArray, own: FloatArray
 ) -> Iterator[tuple[float, str]]:
-    """What the values say beside a speed: a change of the score, and the reason."""
+    """Evidence from a comparison of the values with a speed: change of the score, and reason."""
     slope, zero = linear(unit, ROLES[role].unit)
     values = slope * own + zero
     if role in SPEED_ROLES:

@@ -55,7 +55,7 @@ def _of_frames(request: RoleRequest, progress: Progress) -> str:
 
 
 def _report(proposal: RoleProposal) -> Iterator[str]:
-    """How the table was read, and each column with its role."""
+    """Layout of the table as read, and each column with its role."""
     yield from proposal.columns.table.layout
     if proposal.columns.time_column:
         yield f"times: column {proposal.columns.time_column!r}"

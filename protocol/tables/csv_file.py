@@ -123,7 +123,7 @@ def _with_decimal(layout: Layout, rows: list[str]) -> Layout:
 
 
 def _with_numbers(data: Any, layout: Layout, where: str, warnings: list[str]) -> Any:
-    """Columns of text as numbers, where every cell is a number or says that there is none."""
+    """Columns of text as numbers, where every cell is a number or states that there is none."""
     pa = optional_library("pyarrow")
 
     if long_columns(layout.names):

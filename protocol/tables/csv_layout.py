@@ -103,8 +103,8 @@ def _delimiter(lines: list[str]) -> str:
     for delimiter in "\t;,| ":
         rows = [split(line, delimiter) for line in lines if not _COMMENT.match(line)]
         counts = Counter(len(row) for row in rows if row and is_number(row[0]))
-        width, alike = counts.most_common(1)[0] if counts else (0, 0)
-        if width > 1 and alike >= 0.9 * counts.total():
+        width, matching = counts.most_common(1)[0] if counts else (0, 0)
+        if width > 1 and matching >= 0.9 * counts.total():
             return delimiter
     return ","
 
@@ -193,7 +193,7 @@ def _are_units(row: list[str]) -> bool:
 
 
 def _split_units(titles: list[str]) -> list[tuple[str, str]]:
-    """Names and units of titles. Brackets that alone tell two columns apart stay: G(x), G(y)."""
+    """Names and units of titles. Brackets that alone distinguish columns stay: G(x), G(y)."""
     pairs = [split_unit(title) for title in titles]
     count = Counter(name for name, _ in pairs)
     return [

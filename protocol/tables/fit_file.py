@@ -1,7 +1,7 @@
 """Read FIT files, the binary format of Garmin and other sport loggers. Decoded by fitdecode.
 
 Every message with a time stamp and numbers is read; "record" holds position and speed. A file that is
-damaged is read up to the damage, and a warning says so.
+damaged is read up to the damage, and a warning states it.
 """
 
 import warnings as python_warnings
@@ -52,7 +52,7 @@ def read_fit(path: Path) -> Table:
                 undated[message.name] += 1
             elif row[1]:
                 rows.setdefault(message.name, []).append(row)
-    except Exception as cause:  # fitdecode lets through whatever its parsing meets
+    except Exception as cause:  # fitdecode passes on any exception of its parsing
         read = sum(map(len, rows.values()))
         damage = f"{type(cause).__name__}: {cause}"[:200]
         if not read:

@@ -1,7 +1,7 @@
 """Read GPX files: tracks of satellite receivers, phones and watches. Parsed by gpxpy.
 
 Speed is taken from the file where it has one (GPX 1.0, Garmin's extension); else it is computed from
-the positions, and the layout says so.
+the positions, and the layout states it.
 """
 
 from collections.abc import Iterator

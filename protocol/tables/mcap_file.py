@@ -21,7 +21,7 @@ LARGEST_CHUNK = 1 << 28  # bytes, unpacked; writers make chunks of some megabyte
 
 
 def read_mcap(path: Path) -> Table:
-    """Table of the numbers of every message. A file that breaks off is read up to there, and said.
+    """Table of the numbers of every message. A damaged file is read up to the damage.
 
     Raises InputError where no message with a number can be read.
     """
@@ -32,7 +32,7 @@ def read_mcap(path: Path) -> Table:
             _read(file, topics)
     except InputError:
         raise
-    except Exception as cause:  # mcap lets through whatever its parsing meets
+    except Exception as cause:  # mcap passes on any exception of its parsing
         damage = f"{type(cause).__name__}: {cause}"[:200]
         warnings.append(
             f"{path}: damaged or broken off: {damage}; {topics.count} messages before it are read"
@@ -142,7 +142,7 @@ def _about(schema: Any) -> About:
 
 @lru_cache(maxsize=1024)
 def _known(name: str, encoding: str, definition: bytes) -> About:
-    """What a schema says: the type of ROS, or the units of a JSON schema."""
+    """Content of a schema: the type of ROS, or the units of a JSON schema."""
     if encoding != "jsonschema":
         return About(name)
     try:
@@ -159,8 +159,8 @@ def _units(schema: Any, path: str, depth: int) -> Iterator[tuple[str, str]]:
         return
     for name, held in properties.items():
         inner = f"{path}.{name}".lstrip(".")
-        told = held if isinstance(held, dict) else {}
-        text = told.get("unit", told.get("description"))
+        stated = held if isinstance(held, dict) else {}
+        text = stated.get("unit", stated.get("description"))
         if isinstance(text, str) and text.strip() and is_unit(text.strip()):
             yield inner, text.strip()
         yield from _units(held, inner, depth + 1)

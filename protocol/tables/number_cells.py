@@ -54,14 +54,14 @@ def _must_be(mark: str, cell: str) -> bool:
 
 
 def is_missing(cell: str) -> bool:
-    """Whether a cell says that there is no value."""
+    """Whether a cell states that there is no value."""
     text = cell.strip().casefold()
     no_number = "#" in text or bool(_NAN.fullmatch(text)) or text in _EMPTY_WORDS
     return no_number or not _ANY_CHARACTER.search(text)
 
 
 def number(cell: str, decimal: str, *, grouped: bool = False) -> float | None:
-    """Number of a cell, NaN where it says that there is none; None where it holds text.
+    """Number of a cell, NaN where it states that there is none; None where it holds text.
 
     grouped: whether the mark that is not the decimal one divides groups of three digits.
     """
@@ -90,5 +90,5 @@ def numbers(texts: Sequence[str | None], decimal: str) -> npt.NDArray[np.float64
 
 
 def number_expected(decimal: str) -> str:
-    """What an error says that a cell should hold."""
+    """Expected content of a cell, for an error message."""
     return f"a number{' with a decimal comma' if decimal == ',' else ''}, or an empty cell"

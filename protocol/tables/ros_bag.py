@@ -32,7 +32,7 @@ def _read(path: Path, suffix: str, form: str) -> Table:
             _add_all(bag, topics)
     except InputError:
         raise
-    except Exception as cause:  # rosbags lets through whatever its parsing meets
+    except Exception as cause:  # rosbags passes on any exception of its parsing
         damage = f"{type(cause).__name__}: {cause}"[:200]
         if not topics.count:
             raise InputError(

@@ -21,7 +21,7 @@ class Table:
     layout    how the file was read: what was recognized and what was guessed, a line each
     lines     (row, line) where the file's lines begin to differ from the rows by another number:
               rows from 0, lines from 1; empty where the file has no lines
-    decimal   mark in the numbers of its text columns; "" where nothing was said of it
+    decimal   mark in the numbers of its text columns; "" where it was not specified
     times     of each time column, by name and unit, once they were read from it
     """
 

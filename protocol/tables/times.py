@@ -37,7 +37,7 @@ _STANDARD = {"itow": "ms"}
 
 _CLOCK_TIME = re.compile(r"\s*(\d{1,2}):(\d{1,2})(?::(\d{1,2}(?:[.,]\d*)?))?\s*")
 
-# An epoch that counts finer than seconds gives itself away by its size (s: 1973 to 5138).
+# An epoch in a unit finer than seconds is identified by its magnitude (s: 1973 to 5138).
 _EPOCHS = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
 
 
@@ -160,8 +160,8 @@ def _clock_time(text: str) -> float | None:
     match = _CLOCK_TIME.fullmatch(text)
     if match is None:
         return None
-    hours, minutes, rest = match.groups(default="0")
-    return 3600.0 * int(hours) + 60.0 * int(minutes) + float(rest.replace(",", "."))
+    hours, minutes, remainder = match.groups(default="0")
+    return 3600.0 * int(hours) + 60.0 * int(minutes) + float(remainder.replace(",", "."))
 
 
 def dates(column: Any) -> tuple[npt.NDArray[np.float64], bool]:

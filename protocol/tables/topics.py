@@ -89,7 +89,7 @@ class Topics:
 
 @dataclass(frozen=True)
 class About:
-    """What is known of the messages of a topic: their type, and units by path."""
+    """Metadata of the messages of a topic: their type, and units by path."""
 
     type: str = ""
     units: Mapping[str, str] = field(default_factory=dict)

@@ -142,17 +142,17 @@ def _stated_units(sections: Mapping[str, _Section], names: Sequence[str]) -> lis
     """Units of the last columns; an empty line is a column without a unit, or stands before a section.
 
     The number of columns that are not the receiver's own decides which of both it is; where empty lines
-    fit no such number, nobody knows whose units these are.
+    fit no such number, the units cannot be assigned.
     """
     section = sections.get("channel units", _NO_LINES)
     others = sum(not _STANDARD.match(name) for name in names)
     lines = list(section.every)
     without_end = lines[:-1] if lines and not lines[-1] else lines
-    whole = next((found for found in (without_end, lines) if len(found) == others), section.texts)
+    chosen = next((found for found in (without_end, lines) if len(found) == others), section.texts)
     gaps = "" in "\n".join(lines).rstrip("\n").split("\n")
-    if len(whole) > len(names) or (len(whole) != others and gaps):
+    if len(chosen) > len(names) or (len(chosen) != others and gaps):
         return []
-    return ["" if unit == "(null)" else unit for unit in whole]
+    return ["" if unit == "(null)" else unit for unit in chosen]
 
 
 def _title(name: str, header: Sequence[str]) -> str:

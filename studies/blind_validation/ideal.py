@@ -1,9 +1,9 @@
 """Ideal observer: log-likelihood gain (nats) of the known hidden effects after recalibration.
 
 The difference that the hidden effects make is taken out of the generator, whose formulas are the
-true ones, without noise, and subtracted from the recordings; then the model of the analysis is fitted
-once more, from its own calibration and with its own sensitivities. No effect of the library is
-fitted, so that an observation costs a few simulations and says nothing about the library.
+true ones, without noise, and subtracted from the recordings; then the model of the analysis is
+fitted once more, from its own calibration and with its own sensitivities. No effect of the library
+is fitted, so that an observation costs a few simulations and says nothing about the library.
 """
 
 from collections.abc import Sequence
@@ -100,19 +100,19 @@ class Shown:
 
     def __getitem__(self, name: str, /) -> Floats:
         """A column at the rows' ends, SI, shape (T,)."""
-        course, values = self.course, getattr(self.course, COLUMNS[name])
+        trajectory, values = self.course, getattr(self.course, COLUMNS[name])
         own = self.truth.filters.get(CHANNELS.get(name, name))
         if own and own.kind == LAG:
-            values = filtered(values, float(course.time[1] - course.time[0]), own)
+            values = filtered(values, float(trajectory.time[1] - trajectory.time[0]), own)
         wheel, _, what = name.partition("_")
         if what == "angle" and wheel in self.discs:
             values = values - tooth_errors(self.discs[wheel], values)
-        return np.asarray(interpolate.CubicSpline(course.time, values)(self.time))
+        return np.asarray(interpolate.CubicSpline(trajectory.time, values)(self.time))
 
 
 @dataclass(frozen=True, eq=False)
 class Observer:
-    """What hidden effects change in the trials of a case. rides: those simulated so far."""
+    """Changes by hidden effects in the trials of a case. rides: those simulated so far."""
 
     case: Case
     trials: Sequence[Trial]
@@ -121,8 +121,8 @@ class Observer:
     def worth(self, base: Fit, known: Effects, fit: Fit | None = None) -> float:
         """Log-likelihood gain of a fit to recordings without the known effects, nats.
 
-        fit: that fit, if there is one. Where another course of the ride makes it worse, the shape of
-        the difference counts, at the magnitude that fits best.
+        fit: that fit, if there is one. Where another trajectory of the ride makes it worse, the
+        shape of the difference counts, at the magnitude that fits best.
         """
         found = fit or self.fitted(base, known)
         shape = of_its_shape(base, self.difference(base.model, self._absent(known)))
@@ -149,7 +149,8 @@ class Observer:
     def ride(self, r: int, effects: Effects) -> Course:
         """Simulated run of a trial with some of the hidden effects, without combustion noise.
 
-        Its power strokes differ with the crank angle, so that they would not cancel in a difference.
+        Its power strokes differ with the crank angle, so that they would not cancel in a
+        difference.
         """
         key = r, tuple(h.key for h in effects if not h.subject)
         if key not in self.rides:
@@ -160,10 +161,10 @@ class Observer:
         return self.rides[key]
 
     def difference(self, model: Model, absent: Effects) -> Series:
-        """What is in the recordings because of the effects that are not absent.
+        """Contribution of the effects that are not absent to the recordings.
 
         (T, m) by output group and record, in the unit of each output. What the plate does is
-        measured, so effects of the servo are seen in its group alone.
+        measured, so effects of the servo appear in its group alone.
         """
         hidden = self.case.hidden
         servo = tuple(h for h in hidden if h in absent or h.places == (SERVO,))
@@ -195,9 +196,14 @@ class Observer:
         there, bare = (c.get(channel, ChannelFaults()) for c in channels)
         if there == bare:
             return 0.0
-        course, own = course_of(case.truth, case.faults, trial)[0], case.truth.filters.get(channel)
+        trajectory, own = (
+            course_of(case.truth, case.faults, trial)[0],
+            case.truth.filters.get(channel),
+        )
         with_it, without = (
-            sampled(channel, course, case.truth.noises, faults, channel_chance(trial, channel), own)
+            sampled(
+                channel, trajectory, case.truth.noises, faults, channel_chance(trial, channel), own
+            )
             for faults in (there, bare)
         )
         bins = into_bins(with_it.true - record.start, record.grid)
@@ -222,5 +228,7 @@ class Observer:
 def of_its_shape(base: Fit, difference: Series) -> float:
     """Log-likelihood gain of a trajectory of this shape with fitted magnitude, nats."""
     linear = Linearization.of(base)
-    course = linear.nuisances.project_out(whiten_and_stack(base.model, base.noise, difference))
-    return float(course @ linear.residuals) ** 2 / max(2.0 * float(course @ course), 1e-300)
+    projected = linear.nuisances.project_out(whiten_and_stack(base.model, base.noise, difference))
+    return float(projected @ linear.residuals) ** 2 / max(
+        2.0 * float(projected @ projected), 1e-300
+    )

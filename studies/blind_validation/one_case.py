@@ -58,11 +58,11 @@ def _run_case(seed: int, number: int, keep: Path | None) -> dict[str, Any]:
                 "trace": traceback.format_exc(),
             }
     analysed = time.process_time()
-    seen = _seen(case, analysis)
+    comparison = _comparison(case, analysis)
     return {
         "case": number,
         "verdict": {key: tree[key] for key in KEPT if key in tree},
-        **seen,
+        **comparison,
         "seconds": {
             "recording": recorded - started,
             "analysis": analysed - recorded,
@@ -85,7 +85,7 @@ def observe(seed: int, number: int) -> dict[str, Any]:
     return observed
 
 
-def _seen(case: Case, analysis: Analysis) -> dict[str, Any]:
+def _comparison(case: Case, analysis: Analysis) -> dict[str, Any]:
     """Gain of the ideal observer, and share of the free curve in the held-out gain."""
     assert analysis.base is not None
     observed: dict[str, Any] = {"ideal": asdict(ideal(case, analysis.base))}

@@ -89,16 +89,16 @@ class ScoredCase:
 
 
 def scored(
-    answers: Sequence[Mapping[str, Any]], results: Iterable[Mapping[str, Any]]
+    truths: Sequence[Mapping[str, Any]], results: Iterable[Mapping[str, Any]]
 ) -> list[ScoredCase]:
-    """Scored cases. answers: ground truth by case number; results: of the study.
+    """Scored cases. truths: ground truth by case number; results: of the study.
 
     Raises InputError where a result lacks a part of what is scored, or has one of another type.
     """
     found = []
     for result in results:
         try:
-            found.append(_score(answers[result["case"]], result))
+            found.append(_score(truths[result["case"]], result))
         except (KeyError, IndexError, TypeError, ValueError, AttributeError) as fault:
             raise InputError(
                 "the result of a case is damaged or of another version",
@@ -109,14 +109,14 @@ def scored(
     return found
 
 
-def _score(answer: Mapping[str, Any], result: Mapping[str, Any]) -> ScoredCase:
-    hidden = answer["hidden"]
+def _score(ground_truth: Mapping[str, Any], result: Mapping[str, Any]) -> ScoredCase:
+    hidden = ground_truth["hidden"]
     truth = tuple(_key(h["kind"], h["subject"]) for h in hidden)
     if "failed" in result:
         return ScoredCase(
-            answer["case"],
-            answer["category"],
-            answer["tyre"],
+            ground_truth["case"],
+            ground_truth["category"],
+            ground_truth["tyre"],
             truth,
             truth,
             math.nan,
@@ -131,7 +131,7 @@ def _score(answer: Mapping[str, Any], result: Mapping[str, Any]) -> ScoredCase:
             math.nan,
             math.nan,
             failed=result["failed"],
-            careless=answer["careless"],
+            careless=ground_truth["careless"],
         )
     verdict, each = result["verdict"], _visible_gains(truth, result)
     visible = tuple(t for t, nats in zip(truth, each, strict=True) if nats >= VISIBLE)
@@ -141,9 +141,9 @@ def _score(answer: Mapping[str, Any], result: Mapping[str, Any]) -> ScoredCase:
     reported = tuple(_key(e["name"], e["subject"]) for e in verdict["effects"])
     gain = result["ideal"]["gain"]
     return ScoredCase(
-        case=answer["case"],
-        category=answer["category"],
-        tyre=answer["tyre"],
+        case=ground_truth["case"],
+        category=ground_truth["category"],
+        tyre=ground_truth["tyre"],
         truth=truth,
         visible=visible,
         nats=gain,
@@ -154,13 +154,13 @@ def _score(answer: Mapping[str, Any], result: Mapping[str, Any]) -> ScoredCase:
         injection_point=point,
         reported=reported,
         named=bool(visible) and _exact(truth, visible, reported, verdict["equivalents"]),
-        numbers=tuple(_numbers(hidden, verdict["effects"], answer["careless"])),
+        numbers=tuple(_numbers(hidden, verdict["effects"], ground_truth["careless"])),
         share=_share(result),
         seconds=result["seconds"]["analysis"],
         curve=_curve(result),
         reported_not_excited=set(truth) <= set(verdict["not_excited"]),
-        careless=answer["careless"],
-        recorded=math.fsum(answer["seconds"]),
+        careless=ground_truth["careless"],
+        recorded=math.fsum(ground_truth["seconds"]),
         wrong_names=_wrong_names(hidden, reported),
         memory=any(BY_NAME[h["kind"]].memory for h in hidden),
     )

@@ -21,7 +21,7 @@ SOFT = 0.55  # of the stiffness of the tyre: it has lost air
 
 @dataclass(frozen=True)
 class Mishap:
-    """What goes wrong in one run. run: its name; faults: of the bus; changed: vehicle instead."""
+    """Faults of one run. run: its name; faults: of the bus; changed: vehicle instead."""
 
     run: str
     text: str

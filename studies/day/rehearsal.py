@@ -78,9 +78,17 @@ def rehearse(day: Day) -> None:
 
 def plan(day: Day) -> None:
     """Propose the plan of eight runs."""
-    asked = "throttle_response,spark_response"
+    questions = "throttle_response,spark_response"
     _slipbench(
-        day, "plan", DEMONSTRATION, "--straight", STRAIGHT, "--questions", asked, "--out", day.plan
+        day,
+        "plan",
+        DEMONSTRATION,
+        "--straight",
+        STRAIGHT,
+        "--questions",
+        questions,
+        "--out",
+        day.plan,
     )
     text = day.plan.read_text(encoding="utf-8")
     day.plan.write_text(re.sub(r"repeats = \d+", f"repeats = {REPEATS}", text), encoding="utf-8")

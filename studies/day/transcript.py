@@ -1,4 +1,4 @@
-"""What the commands of a day printed, kept in its folder as they came, each with its duration.
+"""Output of the commands of a day, kept in its folder as they came, each with its duration.
 
 Lines of the transcript: "$ slipbench ..." a command; "# 93 s" how long the command before it took.
 """

@@ -74,8 +74,8 @@ def peak(found: DescribingFunction, k: int) -> HarmonicPeak:
     top = int(np.argmax(gain))
     if top in (0, gain.size - 1):
         return _none(f"highest at {frequency[top]:.2f} Hz, an end of where it is known")
-    alike = frequency[gain + band >= gain[top] - band[top]]
-    low, high = float(alike.min()), float(alike.max())
+    as_high = frequency[gain + band >= gain[top] - band[top]]
+    low, high = float(as_high.min()), float(as_high.max())
     note = f"{found.method}; as high within the 95 % bands from {low:.1f} to {high:.1f} Hz"
     return HarmonicPeak(float(frequency[top]), low, high, note)
 

@@ -20,8 +20,8 @@ ZONES = (0.0, 0.25, 0.7, 1.2)  # of w_c, as the paper divides the band
 
 def multisine(found: Found, context: Context) -> Section:
     """Section on the average of random-phase odd multisines."""
-    tried = [periodic_record_of(one) for one in runs_of(found, "multisine")]
-    made = best_linear([record for record in tried if isinstance(record, PeriodicRecord)])
+    results = [periodic_record_of(one) for one in runs_of(found, "multisine")]
+    made = best_linear([record for record in results if isinstance(record, PeriodicRecord)])
     title = "Best linear approximation, noise and distortion"
     if not isinstance(made, BestLinearApproximation):
         return Section("12", title, (made.reason,))

@@ -1,7 +1,7 @@
 """Claims on rational transfer functions with dead time.
 
 found = rational_study(response, delay=0.010, KnownPath(lags=(0.003,)))
-claims = (*rational_claims(found), *time_claims(stretches, least=85.0))
+claims = (*rational_claims(found), *time_claims(segments, least=85.0))
 """
 
 from dataclasses import dataclass
@@ -115,7 +115,7 @@ def rational_claims(study: RationalStudy) -> tuple[Claim, ...]:
     )
 
 
-def time_claims(stretches: tuple[Stretch | NoStretch, ...], least: float) -> tuple[Claim, ...]:
+def time_claims(segments: tuple[Stretch | NoStretch, ...], least: float) -> tuple[Claim, ...]:
     """Claims on the simulated response to the measured input. least: minimum NRMSE fit, %."""
     return tuple(
         Claim(
@@ -128,7 +128,7 @@ def time_claims(stretches: tuple[Stretch | NoStretch, ...], least: float) -> tup
             "figure 7",
             "" if isinstance(s, Stretch) else s.reason,
         )
-        for s in stretches
+        for s in segments
     )
 
 

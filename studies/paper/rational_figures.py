@@ -2,7 +2,7 @@
 
 figure = fit_figure(response, study, bandwidth=2 * np.pi * 10)
 figure = delay_figure(study)
-figure = time_figure(stretches, bandwidth=2 * np.pi * 10)      # figure 7 of the paper
+figure = time_figure(segments, bandwidth=2 * np.pi * 10)      # figure 7 of the paper
 figure = order_figure(study)
 """
 
@@ -79,11 +79,11 @@ def delay_figure(study: RationalStudy) -> Figure:
     return figure
 
 
-def time_figure(stretches: tuple[Stretch | NoStretch, ...], bandwidth: float) -> Figure:
+def time_figure(segments: tuple[Stretch | NoStretch, ...], bandwidth: float) -> Figure:
     """Figure of measured and simulated slip about each frequency of the sweep (figure 7)."""
     with d.style():
-        figure, axes = d.side_by_side(len(stretches), 3.2)
-        for panel, s in zip(axes, stretches, strict=True):
+        figure, axes = d.side_by_side(len(segments), 3.2)
+        for panel, s in zip(axes, segments, strict=True):
             panel.set_title(f"{HZ * s.frequency / bandwidth:.2f} ω_c")
             panel.set(xlabel="time / s", ylabel="slip / %")
             if isinstance(s, NoStretch):

@@ -80,7 +80,7 @@ def time_domain(found: Found, studies: Studies, context: Context) -> Section:
     title, study = "Time-domain check of the model", studies[THROTTLE]
     if isinstance(study, NoRational):
         return Section("7", title, (study.reason,))
-    stretches = stretches_of(runs_of(found, "throttle")[0], study, context.bandwidth)
+    segments = stretches_of(runs_of(found, "throttle")[0], study, context.bandwidth)
     return Section(
         "7",
         title,
@@ -91,7 +91,7 @@ def time_domain(found: Found, studies: Studies, context: Context) -> Section:
         drawn(
             "time_check",
             "Figure 7 of the paper: three segments of the sweep, at 0.35, 0.5 and 0.9 w_c.",
-            lambda: time_figure(stretches, context.bandwidth),
+            lambda: time_figure(segments, context.bandwidth),
         ),
-        time_claims(stretches, LEAST_FIT),
+        time_claims(segments, LEAST_FIT),
     )

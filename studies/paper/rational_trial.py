@@ -1,7 +1,7 @@
 """Rational functions of a recorded sweep: study of an identification, and time-domain check.
 
 study = study_of(found, "throttle_position", delay=0.010, known=known_path(nominal))
-stretches = stretches_of(found, study, bandwidth=2 * np.pi * 10)
+segments = stretches_of(found, study, bandwidth=2 * np.pi * 10)
 """
 
 import math

@@ -55,8 +55,8 @@ def switched(found: Found, context: Context) -> Section:
 
 def _scheduled(found: Found) -> ScheduledFit | None:
     """Scheduled model over speed, fitted to sweeps that are not held out."""
-    seen = [one for name, one in found.items() if name in _fitted(found)]
-    fit = fit_scheduled(speed_trials(seen))
+    fitted_trials = [one for name, one in found.items() if name in _fitted(found)]
+    fit = fit_scheduled(speed_trials(fitted_trials))
     return fit if isinstance(fit, ScheduledFit) else None
 
 

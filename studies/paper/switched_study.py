@@ -71,8 +71,8 @@ def study_of(
     switched = fit_steps(steps)
     linear = fit_steps(steps, len(switched.model.resonances), split=False)
     rivals = [rival("linear", linear.model), rival("switched by u'", switched.model)]
-    seen = [name for name in OTHERS if all(name in run.signal for run in (*runs, *held_out))]
-    rivals += [_by(name, steps, runs[0], switched) for name in seen]
+    recorded = [name for name in OTHERS if all(name in run.signal for run in (*runs, *held_out))]
+    rivals += [_by(name, steps, runs[0], switched) for name in recorded]
     if scheduled is not None:
         rivals.append(scheduled_rival(scheduled))
     rows = compare(rivals, held_out)

@@ -74,7 +74,7 @@ def order_claims(
     if engine is not None:
         other = float(order_amplitudes(relative(engine, found.base.rate), angle, (1,))[0])
     turning = line_frequency(moved.raw, angle, found.base.rate) / float(np.nanmean(moved.reference))
-    seen = f"{100 * line:.3f} % of the speed were read, {100 * predicted:.3f} % are predicted"
+    text = f"{100 * line:.3f} % of the speed were read, {100 * predicted:.3f} % are predicted"
     return (
         _claim(
             "first_order_at_70_kmh",
@@ -90,7 +90,7 @@ def order_claims(
             line / predicted,
             (0.9, 1.1),
             "1",
-            f"{found.recording.folder.name}: {seen}",
+            f"{found.recording.folder.name}: {text}",
         ),
         _claim(
             "line_not_in_engine",

@@ -1,4 +1,4 @@
-"""Packets of XCP: commands as bytes, and what the responses say.
+"""Packets of XCP: commands as bytes, and the content of responses.
 
 ASAM MCD-1 XCP 1.1, part 2, chapters 1.6 (commands) and 1.1.3 (identification field). The byte order
 of numbers is that of the slave.

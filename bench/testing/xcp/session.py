@@ -56,7 +56,7 @@ class XcpSession:
         self._answer: tuple[float, bytes] | None = None  # time (s), packet
         self._daq: dict[int, list[XcpMeasurement]] = {}  # PID -> measurements in it
         self._polled: list[XcpMeasurement] = []
-        self._asked: tuple[float, XcpMeasurement] | None = None  # time (s), of a poll
+        self._requested: tuple[float, XcpMeasurement] | None = None  # time (s), of a poll
         self._trouble = ""
         bus.watch(self._receive)
 
@@ -80,7 +80,7 @@ class XcpSession:
             self._received_daq(now, frame.data)
         elif kind in (packets.RESPONSE, packets.ERROR):
             self._answer = (now, frame.data)
-            if self._asked is not None:
+            if self._requested is not None:
                 self._received_poll(now, frame.data)
 
     def request(self, packet: bytes, what: str) -> bytes:
@@ -170,8 +170,8 @@ class XcpSession:
     def _poll(self, number: int, due: int) -> bool:
         if not self._polled or self._trouble:
             return False
-        if self._asked is not None:  # the last list is not through
-            since, of = self._asked
+        if self._requested is not None:  # the last list is not through
+            since, of = self._requested
             if self._bus.now - since > TIMEOUT:
                 self._trouble = f"XCP: no response to SHORT_UPLOAD of {of.name} at {since:.4f} s"
             return not self._trouble
@@ -179,12 +179,12 @@ class XcpSession:
         return True
 
     def _ask(self, of: XcpMeasurement) -> None:
-        self._asked = (self._bus.now, of)
+        self._requested = (self._bus.now, of)
         self._send(packets.short_upload(self._order, of.size, of.extension, of.address))
 
     def _received_poll(self, now: float, data: bytes) -> None:
-        assert self._asked is not None
-        (_, of), self._asked = self._asked, None
+        assert self._requested is not None
+        (_, of), self._requested = self._requested, None
         if data[0] == packets.ERROR:
             self._trouble = f"XCP: {of.name} at {now:.4f} s: {packets.ERRORS.get(data[1], 'error')}"
             return

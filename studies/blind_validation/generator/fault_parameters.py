@@ -13,7 +13,7 @@ class MotionFaults(NamedTuple):
     rate_limit: float = inf  # 1/s, of the plate
     acceleration_limit: float = inf  # 1/s^2
     stall_acceleration: float = inf  # 1/s^2, of the motor at rest
-    no_load_speed: float = 12.0  # 1/s, where the motor has no push left
+    no_load_speed: float = 12.0  # 1/s, where the motor has no torque to accelerate
     stiction: float = 0.0  # opening, error that keeps the plate sliding
     breakaway: float = 1.5  # over sliding friction
     stribeck: float = 0.1  # 1/s

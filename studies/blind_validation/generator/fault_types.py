@@ -1,6 +1,6 @@
 """Types of hidden effects: those that the library has, and those of which it has none.
 
-A kind of the library bears the library's name and tells its parameters by the library's words, so
+A kind of the library has the library's name and the library's names of parameters, so
 that verdicts can be compared with it; the formulas are those of `physics` and `instruments`. What
 the kinds of `outside` do is in no library. Sizes: the smallest of interest and the typical one of
 the table of effects. Frames that are held are renewed at random intervals around the stated one.
@@ -375,7 +375,7 @@ BY_NAME: Mapping[str, FaultType] = {kind.name: kind for kind in (*LIBRARY, *OUTS
 SENSOR_OF: Mapping[str, tuple[str, ...]] = {
     "engine_speed": (ENGINE_SPEED,),
     "optical_speed": (OPTICAL,),
-    # What the plate tells drives the motion and is judged by the servo alone.
+    # The measured throttle position drives the motion and is predicted by the servo alone.
     "throttle_position": (SERVO, "sensor of throttle position"),
     "rear_encoder": ("rear teeth", REAR_TEETH),
     "front_encoder": ("front teeth", FRONT_TEETH),

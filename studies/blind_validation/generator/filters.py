@@ -2,9 +2,10 @@
 
 A crank sensor averages over a part of a turn, an optical one over its window; an analogue input has
 a low-pass of first order. A vehicle file states the low-pass as such and the moving mean by its
-group delay, half the window. The windows are so short that the mean cannot be told from a delay:
-1 ms of engine speed and 10 ms of optical speed leave nothing, 3 ms and 20 ms are found with 45 and
-22 nats. A filter of unstated time is a hidden effect: `channel_lag`, `optical_lag`, `moving_mean`.
+group delay, half the window. The windows are so short that the mean is indistinguishable from a
+delay: 1 ms of engine speed and 10 ms of optical speed are not detected, 3 ms and 20 ms are with 45
+and 22 nats. A filter of unstated time is a hidden effect: `channel_lag`, `optical_lag`,
+`moving_mean`.
 """
 
 from collections.abc import Mapping

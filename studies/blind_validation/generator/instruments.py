@@ -92,7 +92,7 @@ def draw_clock(rng: np.random.Generator) -> Clock:
 
 def sampled(
     channel: str,
-    course: Course,
+    trajectory: Course,
     noises: Noises,
     faults: ChannelFaults,
     rng: np.random.Generator,
@@ -101,15 +101,18 @@ def sampled(
     """Samples of a channel at its own period. own: the sensor's own filter, which the file states."""
     period = PERIODS[channel]
     phase = float(rng.uniform(0.1, 1.0)) * period
-    time = np.arange(phase + 0.01, course.time[-1] - 2e-3, period)
-    seen, step = getattr(course, COLUMNS[channel]), float(course.time[1] - course.time[0])
+    time = np.arange(phase + 0.01, trajectory.time[-1] - 2e-3, period)
+    signal, step = (
+        getattr(trajectory, COLUMNS[channel]),
+        float(trajectory.time[1] - trajectory.time[0]),
+    )
     if own:
-        seen = filtered(seen, step, own)
+        signal = filtered(signal, step, own)
     if faults.lag:
-        seen = low_pass(seen, step, faults.lag)
+        signal = low_pass(signal, step, faults.lag)
     if faults.window:
-        seen = moving_mean(seen, step, faults.window)
-    value = np.interp(time - faults.latency, course.time, seen)
+        signal = moving_mean(signal, step, faults.window)
+    value = np.interp(time - faults.latency, trajectory.time, signal)
     value = value + faults.wave * np.sin(2.0 * np.pi * value / faults.wave_period)
     value = value * (1.0 + faults.error + 0.1 * faults.drift * time)
     noise, quantum = {
@@ -162,19 +165,19 @@ def tooth_errors(disc: Disc, angle: Floats) -> Floats:
 
 
 def tooth_times(
-    wheel: str, course: Course, places: Floats, noises: Noises, rng: np.random.Generator
+    wheel: str, trajectory: Course, places: Floats, noises: Noises, rng: np.random.Generator
 ) -> tuple[Floats, int]:
     """True times (s) at which teeth pass, with the pickup's jitter, and index of the first tooth."""
     rear = wheel == "rear"
-    speed = course.wheel_speed if rear else course.front_speed
-    angle = course.wheel if rear else course.front
+    speed = trajectory.wheel_speed if rear else trajectory.front_speed
+    angle = trajectory.wheel if rear else trajectory.front
     first, last = (int(a / (2 * np.pi) * TEETH) for a in (angle[0], angle[-1]))
     number = np.arange(first + 2, last - 1)
     target = places[number % TEETH] + 2 * np.pi * (number // TEETH)
-    time = np.interp(target, angle, course.time)
-    spline = CubicHermiteSpline(course.time, angle, speed)
+    time = np.interp(target, angle, trajectory.time)
+    spline = CubicHermiteSpline(trajectory.time, angle, speed)
     for _ in range(2):
-        time = time - (spline(time) - target) / np.interp(time, course.time, speed)
+        time = time - (spline(time) - target) / np.interp(time, trajectory.time, speed)
     keep = time > 0.005
     time, number = time[keep], number[keep]
     return np.sort(time + noises.jitter * rng.standard_normal(time.size)), int(number[0])

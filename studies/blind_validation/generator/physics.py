@@ -48,7 +48,7 @@ Floats = NDArray[np.float64]
 ) = range(26)
 STATES = 26
 COMMAND, SPARK_COMMAND, DELAYED, WIND, SHOVE, BUMP, SCATTER = range(7)
-"""What acts at an instant: commands, delayed throttle, m/s, N, relative load, relative torque."""
+"""Inputs at an instant: commands, delayed throttle, m/s, N, relative load, relative torque."""
 G = 9.80665
 BRISTLE_BEND = 2e-4  # opening, at which a bristle of the throttle shaft lets go
 FASTEST_BRISTLE = 8e3  # 1/s; faster ones are stiffer than the steps of integration bear

@@ -125,7 +125,7 @@ def write_run(
     folder: Path, truth: Truth, faults: FaultSet, trial: Trial, vehicle: dict[str, Any]
 ) -> Path:
     """Simulate a trial and record it into a new run folder."""
-    course, commands = course_of(truth, faults, trial)
+    trajectory, commands = course_of(truth, faults, trial)
     excitation = trial.excitation
     database = load_database(dbc.MOTORBIKE)
     rng = np.random.default_rng((*trial.seed, 2))
@@ -135,7 +135,7 @@ def write_run(
     samples = {
         channel: sampled(
             channel,
-            course,
+            trajectory,
             truth.noises,
             hidden.get(channel, ChannelFaults()),
             channel_chance(trial, channel),
@@ -171,7 +171,7 @@ def write_run(
     for wheel in ("rear", "front"):
         disc = faults.sensors.discs.get(wheel, Disc())
         places = tooth_places(disc, np.random.default_rng((*trial.disc, wheel == "rear")))
-        times, first = tooth_times(wheel, course, places, truth.noises, rng)
+        times, first = tooth_times(wheel, trajectory, places, truth.noises, rng)
         sent += devices.teeth(wheel, times, first)
     create(folder)
     log = on_the_bus(database, [repeated(s, trial.line, rng) for s in sent])

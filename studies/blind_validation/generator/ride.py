@@ -16,7 +16,7 @@ from slipbench.studies.blind_validation.generator.physics import Floats
 from slipbench.studies.blind_validation.generator.road import Road
 
 STEP = 0.125e-3  # s
-EVERY = 4  # steps between rows of the course
+EVERY = 4  # steps between rows of the trajectory
 HISTORY = 4096  # steps
 SEEN_COLUMNS = 9
 
@@ -167,7 +167,9 @@ def _ride(
             x[p.WAY] = 0.0
         history[(n + 1) % HISTORY] = x[p.PLATE]
         if (n + 1) % EVERY == 0:
-            seen = x[p.SEEN] if e.optical_lag > 0.0 else p.optical_speed(x, k[0, p.SPEED], e)
+            optical_speed = (
+                x[p.SEEN] if e.optical_lag > 0.0 else p.optical_speed(x, k[0, p.SPEED], e)
+            )
             row = table[(n + 1) // EVERY - 1]
             row[0], row[1], row[2], row[3] = (
                 x[p.PLATE],
@@ -175,6 +177,6 @@ def _ride(
                 x[p.WHEEL],
                 x[p.WHEEL_SPEED],
             )
-            row[4], row[6], row[7] = x[p.FRONT], seen, x[p.SPEED]
+            row[4], row[6], row[7] = x[p.FRONT], optical_speed, x[p.SPEED]
             row[5] = x[p.SPEED] / (m.front_radius * (1.0 + e.front_growth * x[p.SPEED] ** 2))
     return table

@@ -1,4 +1,4 @@
-"""Vehicles that err by several per cent, and the analyses that the laws are tried on."""
+"""Vehicles with parameter errors of several per cent, and analyses on which laws are tested."""
 
 from dataclasses import replace
 from functools import cache
@@ -28,7 +28,7 @@ FEW = (
     "eccentricity",
     "optical_lag",
 )
-"""Effects that the laws are tried with; the whole library takes a minute an analysis."""
+"""Effects with which the laws are tested; the full library takes a minute per analysis."""
 
 
 @cache
@@ -41,15 +41,15 @@ def system() -> MotorcycleSystem:
 
 
 def erring(seed: int, share: float = 0.6) -> Motorcycle:
-    """The nominal motorcycle with every number off by a share of what is believed of it."""
+    """The nominal motorcycle with every parameter off by a share of its prior deviation."""
     rng, vehicle = np.random.default_rng(seed), nominal()
     blocks = {}
     for name, block in vehicle.motorcycle.blocks():
         changed = {}
         for p in block.parameters():
-            if told := vehicle.plus_minus.get(f"{name}.{p.name}"):
+            if half_width := vehicle.plus_minus.get(f"{name}.{p.name}"):
                 value = getattr(block, p.name)
-                factor = np.exp(share * rng.standard_normal() * told / (1.96 * value))
+                factor = np.exp(share * rng.standard_normal() * half_width / (1.96 * value))
                 changed[p.name] = float(np.clip(value * factor, p.low, p.high))
         blocks[name] = replace(block, **changed)
     return replace(vehicle.motorcycle, **blocks)

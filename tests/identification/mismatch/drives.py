@@ -1,7 +1,7 @@
 """Two motors, a belt and a counter blind to direction, by transfer functions in closed form.
 
 The known truth behind tests that ask whether a nominal model with a rigid belt and a counter that
-sees direction is corrected. Equations and integrator are none of the model file's: the belt is a
+detects direction is corrected. Equations and integrator do not use the model file: the belt is a
 mode in series, G(s) = gain w^2 / ((T s + 1) (s^2 + 2 z w s + w^2)), made discrete exactly.
 """
 
@@ -42,8 +42,8 @@ def recorded(
     if belt:
         above = [gain * FREQUENCY**2]
         below = list(np.polymul(below, [1.0, 2 * DAMPING * FREQUENCY, FREQUENCY**2]))
-    told = signal.cont2discrete((above, below), PERIOD)
-    speed = signal.lfilter(told[0].ravel(), told[1], voltage)
+    discrete = signal.cont2discrete((above, below), PERIOD)
+    speed = signal.lfilter(discrete[0].ravel(), discrete[1], voltage)
     shown = np.abs(speed) if blind else speed
     values = {
         "motor_voltage": voltage,

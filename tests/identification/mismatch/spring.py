@@ -1,4 +1,4 @@
-"""A mass on a spring, from a model file: an integrator of its own makes its recordings."""
+"""A mass on a spring, from a model file, with recordings from an independent integrator."""
 
 from pathlib import Path
 
@@ -72,8 +72,8 @@ def recorded(
 ) -> Recording:
     """Ride through noise of 1 V rms, held. Numbers err by per cent.
 
-    cube, square: of the spring, 1/m^2 and 1/m; noise: of what is told, m. released: m, from where
-    it swings freely instead, every input at rest.
+    cube, square: of the spring, 1/m^2 and 1/m; noise: of the reading, m. released: m, from where
+    it oscillates freely instead, with every input at zero.
     """
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
@@ -93,7 +93,7 @@ def recorded(
         shown.append(x[0])
         done = integrate.solve_ivp(rate, (0.0, PERIOD), x, args=(u,), rtol=1e-8, atol=1e-10)
         x = done.y[:, -1]
-    told = {"force": force, "tilt": tilt, "place": np.array(shown)}
-    told["place"] = told["place"] + noise * rng.standard_normal(time.size)
-    channels = {r: Channel(r, time, v, ROLES.unit(r), "bus", "made") for r, v in told.items()}
+    columns = {"force": force, "tilt": tilt, "place": np.array(shown)}
+    columns["place"] = columns["place"] + noise * rng.standard_normal(time.size)
+    channels = {r: Channel(r, time, v, ROLES.unit(r), "bus", "made") for r, v in columns.items()}
     return Recording(Path(f"spring{seed}"), {}, None, ROLES, channels, {})

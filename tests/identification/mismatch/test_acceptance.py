@@ -1,4 +1,4 @@
-"""The level of a search: however many screenings there are, all together stay below it."""
+"""The level of a search: the family-wise error over all screenings stays below it."""
 
 from types import SimpleNamespace
 
@@ -30,5 +30,5 @@ def test_each_effect_is_held_to_the_level_at_which_it_was_found(found, last):
     fit = SimpleNamespace(candidates=[SimpleNamespace(name=name) for name in "abc"])
     rule = Acceptance(7, None, last, found)
     for i, name in enumerate("abc"):
-        asked = Acceptance(7, None, found.get(name, last)).certainty.limit
-        assert rule._significance_rule_of(fit, i).limit == asked
+        limit_of_level = Acceptance(7, None, found.get(name, last)).certainty.limit
+        assert rule._significance_rule_of(fit, i).limit == limit_of_level

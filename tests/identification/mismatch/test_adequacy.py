@@ -1,4 +1,4 @@
-"""Names suffice by the share of the error that a free curve could still take, not by nats."""
+"""Names are adequate by the error share that a free curve could still explain, not by nats."""
 
 import pytest
 
@@ -15,7 +15,7 @@ from slipbench.identification.mismatch.thresholds import RESIDUAL_SHARE
 from tests.identification.mismatch.spring import recorded, system
 
 QUIET = 1e-5
-"""m, of noise: a part in a hundred thousand, so that what is next to nothing is many nats."""
+"""m, of noise: a part in a hundred thousand, so that a negligible effect is many nats."""
 
 
 @pytest.fixture(scope="module")
@@ -39,17 +39,17 @@ def left_by(bare: Fit, key: str) -> Remainder | None:
 
 
 def test_a_right_name_stands_beside_something_small_that_is_certain(bare) -> None:
-    left = left_by(bare, "cubic.deflection")
-    assert left is not None, "the trace of a square is certain at this noise"
-    assert left.curve.log_likelihood_gain > 60.0
-    assert left.share < 0.2 * RESIDUAL_SHARE
-    assert left.small
+    remaining = left_by(bare, "cubic.deflection")
+    assert remaining is not None, "the trace of a square is certain at this noise"
+    assert remaining.curve.log_likelihood_gain > 60.0
+    assert remaining.share < 0.2 * RESIDUAL_SHARE
+    assert remaining.small
 
 
 def test_a_wrong_name_leaves_a_curve_too_much_to_stand(bare) -> None:
-    left = left_by(bare, "asymmetry.deflection")
-    assert left is not None
-    assert not left.small
+    remaining = left_by(bare, "asymmetry.deflection")
+    assert remaining is not None
+    assert not remaining.small
 
 
 def test_what_no_free_curve_finds_leaves_nothing(bare) -> None:

@@ -1,4 +1,4 @@
-"""When names stand, and when a free curve takes their place."""
+"""When names are kept, and when a free curve replaces them."""
 
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -43,7 +43,7 @@ def known_of(share: float, nats: float) -> Analysis:
 
 @pytest.fixture
 def predicted_held_out(monkeypatch):
-    """What names and the curve gain on held-out recordings is set here."""
+    """Set the held-out gains of names and curve."""
 
     def held_out(names, curve, unchanged=1e6, ratio=0.9):
         where = SimpleNamespace(place=PLACE, regressor="throttle")
@@ -63,14 +63,14 @@ def settle(known):
 
 @pytest.mark.parametrize(("share", "nats"), [(0.04, 0.04), (0.3, 0.04), (0.04, 0.3)])
 def test_names_that_leave_little_in_one_measure_stand(share, nats, predicted_held_out):
-    """Where noise is small, next to nothing of an error is many nats; slow errors are few."""
+    """With small noise a negligible error is many nats; slow errors are few nats."""
     predicted_held_out(0.0, 1e6)
     assert settle(known_of(share, nats)) == "names"
 
 
 @pytest.mark.parametrize(("names", "curve"), [(3761.0, 2711.0), (2711.0, 3761.0)])
 def test_names_that_leave_more_stand_where_they_foretell_more(names, curve, predicted_held_out):
-    """What is withdrawn must leave a better explanation behind."""
+    """Names are withdrawn only for a better explanation."""
     predicted_held_out(names, curve)
     assert settle(known_of(0.2, 0.2)) == ("names" if names > curve else "curve")
 
@@ -79,7 +79,7 @@ def test_names_that_leave_more_stand_where_they_foretell_more(names, curve, pred
 def test_a_curve_that_gains_only_where_parameters_move_again_is_withdrawn(
     unchanged, predicted_held_out
 ):
-    """Of a coupled drive it gained 47 nats so, and raised the error of the written file by 60 %."""
+    """Regression: a coupled drive gained 47 nats, but the written file's error rose by 60 %."""
     predicted_held_out(0.0, 47.0, unchanged)
     known = known_of(0.2, 0.2)
     explain._free(known, (), lambda _: None)

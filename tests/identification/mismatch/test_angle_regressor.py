@@ -1,4 +1,4 @@
-"""Curves around a turn are what comes back at every turn, and nothing else."""
+"""Curves around a turn contain only the periodic part of a waveform."""
 
 import numpy as np
 import pytest
@@ -26,8 +26,8 @@ def round_with(values, z):
 @given(phase=st.floats(0.0, 6.3))
 def test_the_first_orders_are_told_exactly_wherever_they_stand(order, phase):
     wave = np.cos(order * TURNS + phase)
-    told = round_with(np.cos(order * KNOTS_ROUND + phase), TURNS)
-    assert told == pytest.approx(wave, abs=1e-9)
+    values_round = round_with(np.cos(order * KNOTS_ROUND + phase), TURNS)
+    assert values_round == pytest.approx(wave, abs=1e-9)
 
 
 @given(VALUES, st.floats(-1e3, 1e3))
@@ -38,10 +38,10 @@ def test_what_is_there_all_round_is_none_of_the_angles(values, level):
 
 @given(VALUES)
 def test_a_turn_ends_where_it_began_and_the_parts_add_up(values):
-    whole = round_with(values, TURNS)
-    assert whole[:400] == pytest.approx(whole[400:800], abs=1e-8)
+    total = round_with(values, TURNS)
+    assert total[:400] == pytest.approx(total[400:800], abs=1e-8)
     parts = columns(ANGLE, TURNS, KNOTS_ROUND, 1e-3)
-    assert sum(v * part for v, part in zip(values, parts, strict=True)) == pytest.approx(whole)
+    assert sum(v * part for v, part in zip(values, parts, strict=True)) == pytest.approx(total)
 
 
 def test_less_than_a_turn_is_of_no_use():

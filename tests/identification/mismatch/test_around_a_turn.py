@@ -1,4 +1,4 @@
-"""What comes back at every turn of an angle: as a curve of a model file, and hidden in recordings."""
+"""Effects periodic in an angle: as a curve of a model file, and hidden in recordings."""
 
 from pathlib import Path
 
@@ -45,12 +45,12 @@ def a_wave(folder: Path, order: int = 2, knots: np.ndarray = KNOTS) -> ModelSyst
 @pytest.mark.parametrize("turns", [1, -2, 7])
 def test_a_periodic_curve_is_the_same_whole_turns_on(tmp_path, turns):
     text = a_wave(tmp_path).text()
-    here, there, elsewhere = (
+    here, there, at_other_phase = (
         speed_of(drum(tmp_path, text.replace("start = { value = 0", f"start = {{ value = {begun}")))
         for begun in (0.0, 2.0 * np.pi * turns, 1.0)
     )
     assert np.abs(here - there).max() < 1e-9
-    assert np.abs(here - elsewhere).max() > 0.05
+    assert np.abs(here - at_other_phase).max() > 0.05
 
 
 def test_a_periodic_curve_acts_as_the_wave_that_it_stands_for(tmp_path):
@@ -86,19 +86,19 @@ def test_an_angle_is_unseen_where_no_equation_and_no_output_tells_it(tmp_path):
     assert unseen_angle(drum(tmp_path, text_of("tacho")).file) == "angle"
     assert not unseen_angle(drum(tmp_path, text_of("encoder")).file)
     exact = 'unit = "rad" }\nfirst = { value = 0, unit = "rad" }\n\n[states.speed]'
-    told = text_of("tacho").replace('unit = "rad" }\n\n[states.speed]', exact)
-    assert not unseen_angle(drum(tmp_path, told).file)
+    exact_text = text_of("tacho").replace('unit = "rad" }\n\n[states.speed]', exact)
+    assert not unseen_angle(drum(tmp_path, exact_text).file)
     forces = {
         k.name: k.unseen_turn for k in drum(tmp_path, text_of("tacho")).library if k.place.other
     }
     assert forces["cogging"]
-    assert not forces["presliding"]  # it knows only how far the shaft has turned since
+    assert not forces["presliding"]  # it depends only on the angle since the last reversal
     leaning = text_of("tacho").replace('damping * speed"', 'damping * speed - sin(angle)"')
     assert not unseen_angle(drum(tmp_path, leaning).file)
 
 
 def test_a_force_along_an_unseen_angle_is_named_with_its_size(tmp_path):
-    """The recordings begin at angles that nobody knows; so do those held out."""
+    """The initial angle of each training and held-out recording is unknown."""
     hidden = orders((3, 4.0, 0.3))
     rides = [turned(seed, "tacho", hidden) for seed in range(5)]
     verdict = explained(drum(tmp_path, text_of("tacho")), rides[:3], rides[3:], FEW)
@@ -115,7 +115,7 @@ def test_without_a_ripple_an_unseen_angle_is_nothing(tmp_path):
 
 
 def test_what_no_name_describes_is_told_along_the_turn(tmp_path):
-    """A sum of lines: one effect has one order, so that the curve around the turn says more."""
+    """A sum of lines: one effect has one order, so the curve around the turn explains more."""
     hidden = orders((1, 5.0, 0.4), (2, 4.0, 2.0), (3, 4.0, 1.0))
     rides = [turned(seed, "encoder", hidden) for seed in range(4)]
     verdict = explained(
@@ -125,5 +125,5 @@ def test_what_no_name_describes_is_told_along_the_turn(tmp_path):
     assert verdict.location is not None
     assert verdict.location.regressor == "turn of angle", reported(verdict)
     assert "repeats every turn" in verdict.location.shape
-    (error,) = verdict.held_out  # an angle sums up what little the parameters are off
+    (error,) = verdict.held_out  # an angle integrates small parameter errors
     assert error.improved < 3.0 * NOISE["encoder"] < 0.2 * error.calibrated, reported(verdict)

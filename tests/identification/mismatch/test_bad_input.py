@@ -1,4 +1,4 @@
-"""What cannot be explained is refused in words, and what was interrupted says what it has."""
+"""Invalid input is rejected with a message; an interrupted analysis reports its results."""
 
 from dataclasses import replace
 from pathlib import Path

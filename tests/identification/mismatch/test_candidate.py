@@ -1,4 +1,4 @@
-"""What effects are tried with before anything is fitted."""
+"""Candidates of effects before any fit."""
 
 import math
 from dataclasses import replace
@@ -31,7 +31,7 @@ GO_ROUND = (Eccentricity, ChainPolygon, CompressionTorque, FiringTorque)
 @pytest.mark.parametrize("kind", GO_ROUND)
 @pytest.mark.parametrize("phase", np.linspace(-math.pi, math.pi, 25))
 def test_whatever_its_phase_a_line_shows_at_the_first_tries(kind, phase):
-    # Either sign of a first try leads on to the other sizes and angles; a line in quadrature to
+    # Either sign of a first candidate leads to the other sizes and angles; a line in quadrature to
     # all of them has a sign of noise.
     firsts = like_the_first(kind)
     assert max(abs(math.cos(c.effect().phase - phase)) for c in firsts) > math.sqrt(0.5) - 1e-9
@@ -40,21 +40,21 @@ def test_whatever_its_phase_a_line_shows_at_the_first_tries(kind, phase):
 @pytest.mark.parametrize("kind", GO_ROUND)
 @pytest.mark.parametrize("phase", np.linspace(-math.pi, math.pi, 25))
 def test_whatever_its_phase_a_line_is_tried_well_within_a_quarter_turn(kind, phase):
-    tried = [t for c in like_the_first(kind) for t in (c, *half_turn_shifted(c))]
-    assert max(math.cos(c.effect().phase - phase) for c in tried) > math.cos(math.radians(55))
+    evaluated = [t for c in like_the_first(kind) for t in (c, *half_turn_shifted(c))]
+    assert max(math.cos(c.effect().phase - phase) for c in evaluated) > math.cos(math.radians(55))
 
 
 def like_the_first(kind):
-    """Return the first tries on one subject, of one whole number."""
+    """Return the first candidates on one subject, with one set of integers."""
     every = list(candidates(kind, DISCS))
     return [c for c in every if (c.pattern, c.integers) == (every[0].pattern, every[0].integers)]
 
 
 @pytest.mark.parametrize("centre", np.linspace(400.0, 1800.0, 29))
 def test_a_dip_anywhere_in_the_range_of_engines_is_tried_within_its_own_width(centre):
-    tried = [c.effect() for c in candidates(TorqueDip)]
-    assert min(abs(dip.centre - centre) for dip in tried) < TorqueDip().width
-    assert all(place_on_the_road(dip) is None for dip in tried)
+    evaluated = [c.effect() for c in candidates(TorqueDip)]
+    assert min(abs(dip.centre - centre) for dip in evaluated) < TorqueDip().width
+    assert all(place_on_the_road(dip) is None for dip in evaluated)
 
 
 def test_what_has_no_angle_is_not_turned():
@@ -62,7 +62,7 @@ def test_what_has_no_angle_is_not_turned():
 
 
 def test_no_two_orders_that_are_tried_look_alike_at_the_teeth():
-    assert tried(Eccentricity, "order") == {
+    assert candidate_values(Eccentricity, "order") == {
         wheel: set(range(1, (teeth + 1) // 2)) for wheel, teeth in DISCS.items()
     }
     one, alias = (
@@ -73,7 +73,7 @@ def test_no_two_orders_that_are_tried_look_alike_at_the_teeth():
 
 
 def test_every_tooth_of_every_disc_is_tried():
-    assert tried(ToothMisplacement, "tooth") == {
+    assert candidate_values(ToothMisplacement, "tooth") == {
         wheel: set(range(teeth)) for wheel, teeth in DISCS.items()
     }
 
@@ -86,11 +86,11 @@ def test_every_effect_is_tried_whether_or_not_its_disc_was_recorded(kind):
 @pytest.mark.parametrize("kind", LIBRARY, ids=lambda kind: kind.name)
 @pytest.mark.parametrize("far", [-1e6, -1.0, 0.0, 1.0, 1e6])
 def test_a_step_by_which_sensitivity_is_taken_is_done_in_full_even_where_a_range_ends(kind, far):
-    """Half of a step, or none, would say that recordings tell little of the dial, or nothing."""
+    """A shortened or zero step would understate the sensitivity to the parameter."""
     first = next(candidates(kind, DISCS))
     there = first.moved(far * np.ones(len(first.parameters)))
-    for parameter, nudge in enumerate(there.difference_steps):
-        step = nudge * np.eye(len(there.parameters))[parameter]
+    for parameter, difference_step in enumerate(there.difference_steps):
+        step = difference_step * np.eye(len(there.parameters))[parameter]
         stepped = there.moved(step)
         assert np.subtract(stepped.parameters, there.parameters) == pytest.approx(
             step, rel=1e-2, abs=1e-12
@@ -107,8 +107,8 @@ def test_a_size_stays_where_its_parameters_mean_something(kind):
             assert p.low - 1e-9 * abs(p.low) <= at <= p.high + 1e-9 * abs(p.high)
 
 
-def tried(kind, parameter):
-    """Values of a whole parameter by the disc on which they are tried."""
+def candidate_values(kind, parameter):
+    """Candidate values of an integer parameter by disc."""
     found = {}
     for effect in (c.effect() for c in candidates(kind, DISCS)):
         found.setdefault(effect.subject, set()).add(getattr(effect, parameter))
@@ -117,7 +117,7 @@ def tried(kind, parameter):
 
 @pytest.mark.parametrize("kind", LIBRARY, ids=lambda kind: kind.name)
 def test_what_no_recording_tells_beside_the_size_is_as_it_was(kind):
-    """Of a tooth's way and its radius only the quotient acts: the radius has no dial."""
+    """Only the ratio of a tooth's displacement and radius acts: the radius is not fitted."""
     for first in list(candidates(kind, DISCS))[:1]:
         turned = first.moved(np.ones(len(first.parameters))).effect()
         for p in kind.parameters():

@@ -1,6 +1,6 @@
-"""What is hidden at one of three carts is named there: elements of vectors are places of their own.
+"""An effect hidden at one of three carts is named there: vector elements are separate places.
 
-The recordings are made by an integrator of their own, which knows vectors and no elements.
+The recordings come from an independent integrator, which works on vectors, not on elements.
 """
 
 from collections.abc import Callable
@@ -36,21 +36,21 @@ def no_force(speed: Floats) -> Floats:
     return 0.0 * speed
 
 
-def linear(stretch: Floats) -> Floats:
-    return stretch
+def linear(extension: Floats) -> Floats:
+    return extension
 
 
 def dry_at_the_third(speed: Floats) -> Floats:
     return np.array([0.0, 0.0, FRICTION * np.tanh(speed[2] / 0.005)])
 
 
-def play_in_the_second(stretch: Floats) -> Floats:
-    inside = np.clip(stretch[1], -GAP, GAP)
-    return stretch - np.array([0.0, inside, 0.0])
+def play_in_the_second(extension: Floats) -> Floats:
+    inside = np.clip(extension[1], -GAP, GAP)
+    return extension - np.array([0.0, inside, 0.0])
 
 
-def pushed(seed: int, friction: Law = no_force, acting: Law = linear) -> Recording:
-    """Record 8 s. friction: force by the speeds; acting: stretch that each spring answers to."""
+def recorded(seed: int, friction: Law = no_force, acting: Law = linear) -> Recording:
+    """Record 8 s. friction: force by the speeds; acting: extension that sets spring force."""
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
     time = PERIOD * np.arange(800)
@@ -80,19 +80,19 @@ def carts() -> ModelSystem:
 
 
 def test_friction_is_named_at_the_cart_that_has_it(carts) -> None:
-    rides = [pushed(seed, friction=dry_at_the_third) for seed in (1, 2)]
+    rides = [recorded(seed, friction=dry_at_the_third) for seed in (1, 2)]
     found = explained(carts, rides[:1], rides[1:], LIBRARY)
     assert names(found) == ["friction.speed_3_rate/speed_3"], reported(found)
     assert holds(found, "friction", "force", FRICTION / MASS[2])
 
 
 def test_play_is_named_in_the_spring_that_has_it(carts) -> None:
-    rides = [pushed(seed, acting=play_in_the_second) for seed in (3, 4)]
+    rides = [recorded(seed, acting=play_in_the_second) for seed in (3, 4)]
     found = explained(carts, rides[:1], rides[1:], LIBRARY)
     assert names(found) == ["dead_zone.stretch_2"], reported(found)
     assert holds(found, "dead_zone", "width", GAP)
 
 
 def test_nothing_is_named_where_nothing_is_hidden(carts) -> None:
-    found = explained(carts, [pushed(5)], [pushed(6)], LIBRARY)
+    found = explained(carts, [recorded(5)], [recorded(6)], LIBRARY)
     assert names(found) == [], reported(found)

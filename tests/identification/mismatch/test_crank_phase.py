@@ -1,4 +1,4 @@
-"""The angle of a crank is read off each recording, and a ripple of its torque is told by it."""
+"""The crank phase is estimated from each recording and identifies a torque ripple."""
 
 from dataclasses import replace
 from functools import cache
@@ -52,8 +52,8 @@ def test_a_ripple_is_found_at_its_order_and_told_with_its_size():
 
 def test_what_has_been_read_is_not_read_again():
     bare = fitted(THREE)
-    once, alike = at_estimated_angles(bare, lines(bare))
-    twice, _ = at_estimated_angles(once, lines(once), alike)
+    once, aligned = at_estimated_angles(bare, lines(bare))
+    twice, _ = at_estimated_angles(once, lines(once), aligned)
     for a, b in zip(once.model.records, twice.model.records, strict=True):
         period = 2 * np.pi / 1.5
         assert (b.turned - a.turned + 0.5 * period) % period == pytest.approx(0.5 * period, abs=0.1)
@@ -68,11 +68,11 @@ ripples = st.lists(
 
 @given(angles, ripples)
 def test_all_orders_together_tell_the_angle_within_the_whole_turn(began, ripple):
-    """Where a ripple is the same in all recordings, so are their angles, but for one of them all."""
+    """With the same ripple in all recordings, angles are known up to one common angle."""
     amplitude = ripple * np.exp(1j * ORDERS * began[:, None])
     shown = Lines(ORDERS, amplitude, np.ones(amplitude.shape))
-    alike = shown.begun(_angles(shown, None))
-    assert np.abs(alike.amplitude - alike.amplitude[0]).max() < 1e-9
+    aligned = shown.begun(_angles(shown, None))
+    assert np.abs(aligned.amplitude - aligned.amplitude[0]).max() < 1e-9
 
 
 @given(angles, ripples)
@@ -80,13 +80,13 @@ def test_other_recordings_are_begun_like_those_whose_angles_are_known(began, rip
     amplitude = ripple * np.exp(1j * ORDERS * began[:, None])
     known = Lines(ORDERS, ripple[None, :], np.ones((1, 6)))
     shown = Lines(ORDERS, amplitude, np.ones(amplitude.shape))
-    alike = shown.begun(_angles(shown, known))
-    assert np.abs(alike.amplitude - ripple).max() < 1e-9
+    aligned = shown.begun(_angles(shown, known))
+    assert np.abs(aligned.amplitude - ripple).max() < 1e-9
 
 
 @pytest.mark.parametrize("count", [1, 4, 7])
 def test_angles_at_their_best_are_no_better_than_chance(count):
-    """z of the sum over recordings, each turned to its best: p so found is never too small."""
+    """z of the sum over recordings, each at its best angle: the resulting p is conservative."""
     print("seed 1")
     rng = np.random.default_rng(1)
     z = np.hypot(*rng.standard_normal((2, 20000, count))).sum(axis=1) / np.sqrt(count)
@@ -97,8 +97,8 @@ def test_angles_at_their_best_are_no_better_than_chance(count):
 
 def test_a_file_that_knows_the_ripple_foretells_it_once_the_angles_are_read():
     without = fitted(THREE)
-    knows = replace(without.model, system=without.model.system.at((), np.empty(0), (THREE,)))
-    before = calibrate(knows, knows.origin())
+    with_ripple = replace(without.model, system=without.model.system.at((), np.empty(0), (THREE,)))
+    before = calibrate(with_ripple, with_ripple.origin())
     shown = lines(before)
     assert shown.orders[np.argmax(shown.nats)] == 1.5
     assert at_estimated_angles(before, shown)[0].score > without.score + 100.0

@@ -1,4 +1,4 @@
-"""A fit reaches the optimum along a curved valley, where steps of Gauss and Newton creep."""
+"""A fit reaches the optimum along a curved valley, where Gauss-Newton steps are short."""
 
 from dataclasses import replace
 from math import log
@@ -30,7 +30,7 @@ def begun_at_the_truth(base: Fit, fitted: Fit, cube: float) -> Fit:
 @pytest.mark.parametrize("seed", [10, 11])
 @pytest.mark.parametrize("cube", [0.2, 0.5])
 def test_a_hardening_spring_is_fitted_as_well_as_from_the_truth(tmp_path, seed, cube):
-    """Cube and frequency trade places: 16 216 nats were there, and 10 906 were found."""
+    """Cube and frequency are correlated: the fit reached 10 906 of 16 216 nats."""
     system = spring(tmp_path)
     analysis = begin(system, [system.prepare(swung(seed, cubic(cube), 100.0))], [])
     base = calibrate(analysis.training, analysis.training.origin())

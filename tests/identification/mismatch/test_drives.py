@@ -1,4 +1,4 @@
-"""Two effects that hide each other, in a system whose numbers are known to factors."""
+"""Two effects that mask each other, in a system with parameters known within factors."""
 
 import pytest
 
@@ -12,7 +12,7 @@ from tests.paths import MODELS
 
 MODEL = MODELS / "coupled_drives.toml"
 ALONE = ("asymmetry", "direction_blind")
-"""Without its belt, a counter that is blind; what alone explains more than it with a belt."""
+"""A blind counter, and an effect that alone explains more than blindness without the belt."""
 
 
 @pytest.fixture(scope="module")
@@ -40,16 +40,16 @@ def test_a_blind_counter_behind_an_elastic_belt_is_two_effects(drives) -> None:
     found = explained(drives, *rides)
     assert {e.name for e in found.effects} == {"direction_blind", "elastic_transmission"}
     belt = next(e for e in found.effects if e.name == "elastic_transmission")
-    told = {p.name: p.value for p in belt.parameters}
-    assert told["frequency"] == pytest.approx(FREQUENCY, rel=0.1)
-    assert told["damping"] == pytest.approx(DAMPING, rel=0.6)  # the file has the belt elsewhere
+    estimates = {p.name: p.value for p in belt.parameters}
+    assert estimates["frequency"] == pytest.approx(FREQUENCY, rel=0.1)
+    assert estimates["damping"] == pytest.approx(DAMPING, rel=0.6)  # other belt place in the file
     assert found.held_out[0].improved < 0.1 * found.held_out[0].nominal
 
 
 def test_names_with_which_the_simulation_predicts_worse_do_not_stand(drives) -> None:
-    """Without blindness in the library a rate limit fits these rides, and 1.57 V are predicted.
+    """Without blindness in the library a rate limit fits these rides; the error is 1.57 V.
 
-    The re-calibrated file predicts 0.42 V.
+    The error of the re-calibrated file is 0.42 V.
     """
     rides = [recorded(seed, seconds=8.0) for seed in (94, 95)]
     found = explained(drives, *rides, others=("gain_with_channel", "rate_limit", "delay"))

@@ -1,4 +1,4 @@
-"""An equation is read or refused in words, whatever its size; what is added to it is added to all."""
+"""An equation of any size is parsed or rejected; an added term applies to the full equation."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Parameters that calibration moved far from the file are told, with what may follow."""
+"""Parameters that calibration moved far from the file are reported with the consequences."""
 
 import json
 
@@ -10,7 +10,7 @@ from slipbench.identification.mismatch.reporting.verdict import as_json
 from tests.identification.mismatch.laws.spring import FREQUENCY, MODEL, spring, swung
 
 
-def told(folder, plus_minus: float):
+def verdict_with(folder, plus_minus: float):
     text = MODEL.replace(
         'value = 10, unit = "rad/s", plus_minus = 1',
         f'value = 10, unit = "rad/s", plus_minus = {plus_minus}',
@@ -21,8 +21,8 @@ def told(folder, plus_minus: float):
 
 
 def test_a_parameter_that_went_far_is_told_with_its_values(tmp_path) -> None:
-    """The file believes in 0.2 %; the truth is 3 % off, and calibration ends at its bound."""
-    found = told(tmp_path, 0.02)
+    """The file states 0.2 %; the truth is 3 % off, and calibration ends at its bound."""
+    found = verdict_with(tmp_path, 0.02)
     (far,) = (p for p in found.far if p.key == "parameters.frequency")
     assert far.stated == 10.0
     assert far.stated < far.calibrated < FREQUENCY
@@ -32,6 +32,6 @@ def test_a_parameter_that_went_far_is_told_with_its_values(tmp_path) -> None:
 
 
 def test_parameters_within_what_the_file_states_are_not_told(tmp_path) -> None:
-    found = told(tmp_path, 1.0)
+    found = verdict_with(tmp_path, 1.0)
     assert found.far == ()
     assert not any("far from the file" in line for line in lines(found))

@@ -1,4 +1,4 @@
-"""Where a free curve is fitted from, and what held-out recordings add to how certain it is."""
+"""Start points of a free curve's fit, and held-out evidence for its significance."""
 
 from types import SimpleNamespace
 
@@ -36,35 +36,35 @@ def test_where_calibration_did_not_go_astray_there_is_one_start():
     assert list(fit_in_model._starts(base)) == [base]
 
 
-def judged(left, seed=0):
+def judged(residuals, seed=0):
     groups = np.repeat(np.arange(ROWS // STRETCH), STRETCH)
     return SimpleNamespace(
-        residuals=left,
+        residuals=residuals,
         clusters=groups,
         fit=SimpleNamespace(variance_inflation=VarianceInflation(1.0, 30.0)),
     )
 
 
 def doubts(seed, shows, amplitude):
-    """p with held-out recordings that would show so many nats, and have that amplitude of it."""
+    """p with held-out data. shows: nats of the full curve; amplitude: share that is present."""
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
     wave = rng.standard_normal(ROWS)
-    course = wave * np.sqrt(2.0 * 12.0 / (wave @ wave))
-    told = wave * np.sqrt(2.0 * shows / (wave @ wave))
+    waveform = wave * np.sqrt(2.0 * 12.0 / (wave @ wave))
+    expected = wave * np.sqrt(2.0 * shows / (wave @ wave))
     noise = rng.standard_normal((2, ROWS))
-    noise -= np.outer(noise @ wave, wave) / (wave @ wave)  # noise that says nothing of the course
-    training, held_out = judged(noise[0] + course), judged(noise[1] + amplitude * told)
+    noise -= np.outer(noise @ wave, wave) / (wave @ wave)  # noise orthogonal to the waveform
+    training, held_out = judged(noise[0] + waveform), judged(noise[1] + amplitude * expected)
     gain = amplitude * 2.0 * shows - shows
-    held = locate._Held(gain, shows, told)
+    held = locate._Held(gain, shows, expected)
     place = SimpleNamespace(negligible=0.0, size=1.0)
-    found = SimpleNamespace(place=place, half_range=1.0, cross_predicted=course)
+    found = SimpleNamespace(place=place, half_range=1.0, cross_predicted=waveform)
     return locate._p(found, held, training, held_out)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_held_out_recordings_that_show_little_weigh_what_they_show(seed):
-    """A curve of 27 nats on held-out recordings did not count, since it was to bring 4.7."""
+    """Regression: held-out evidence of 27 nats did not count, since 4.7 were expected."""
     alone = doubts(seed, 0.0, 1.0)
     assert doubts(seed, 1.0, 1.0) < alone
     assert doubts(seed, 4.5, 1.0) < doubts(seed, 1.0, 1.0)

@@ -1,4 +1,4 @@
-"""What calibration has made up for is found beside the numbers of the file."""
+"""Effects that calibration has compensated are identified near the nominal parameters."""
 
 from dataclasses import replace
 from functools import cache
@@ -58,7 +58,7 @@ def told_late(recording, role: str, late: float):
 
 
 def loose() -> Motorcycle:
-    """The demonstration motorcycle, of which nothing is missing but its backlash."""
+    """The demonstration motorcycle, of which only the backlash is missing."""
     true = load_vehicle(DEMONSTRATION).motorcycle
     return replace(true, effects=tuple(e for e in true.effects if isinstance(e, Backlash)))
 
@@ -75,7 +75,7 @@ def calibrated(seed: int, late: float) -> Fit:
 def test_a_late_sensor_that_calibration_took_for_a_slow_actuator_is_found(seed):
     base = calibrated(seed, LATE)
     assert far_from_prior(base)
-    left = {
+    gains = {
         s.candidate.name: s.log_likelihood_gain
         for s in screen(Linearization.of(base), KINDS).scores
     }
@@ -83,7 +83,7 @@ def test_a_late_sensor_that_calibration_took_for_a_slow_actuator_is_found(seed):
     (found,) = best.effects
     assert found.name == "channel_latency.throttle_position"
     assert found.effect().latency == pytest.approx(LATE, rel=0.1)
-    assert best.score - base.score > 5.0 * left[found.name]
+    assert best.score - base.score > 5.0 * gains[found.name]
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -94,11 +94,11 @@ def test_what_calibrates_as_believed_is_not_begun_again(seed):
 
 
 def test_a_backlash_that_calibration_made_up_for_is_found_from_the_numbers_of_the_file() -> None:
-    """Beside the calibrated numbers its signature shows next to nothing."""
+    """At the calibrated parameters its effect response is negligible."""
     model = begin(system(), [system().prepare(ride(loose(), STEADY))], []).training
     base = calibrate(model, model.origin()).coarse
     assert far_from_prior(base)
-    left = {
+    gains = {
         s.candidate.name: s.log_likelihood_gain
         for s in screen(Linearization.of(base), MOVING).scores
     }
@@ -106,7 +106,7 @@ def test_a_backlash_that_calibration_made_up_for_is_found_from_the_numbers_of_th
     (found,) = best.effects
     assert found.name == "backlash"
     assert found.effect().slack == pytest.approx(13e-3, rel=0.05)
-    assert best.score - base.score > 5.0 * left["backlash"]
+    assert best.score - base.score > 5.0 * gains["backlash"]
 
 
 GROWTH = 1e-5
@@ -114,7 +114,7 @@ GROWTH = 1e-5
 
 @cache
 def grown(seed: int) -> Fit:
-    """Calibrate a motorcycle whose tyres grow; the library is not told."""
+    """Calibrate a motorcycle whose tyres grow."""
     print(f"seed {seed}")
     true = replace(erring(seed), effects=(RadiusGrowth(growth=GROWTH, front_growth=0.5 * GROWTH),))
     model = begin(system(), [system().prepare(ride(true, t)) for t in TRIALS], []).training.coarse
@@ -125,9 +125,9 @@ def grown(seed: int) -> Fit:
 def test_what_calibration_absorbs_is_followed_along_its_bend(seed):
     base = grown(seed)
     (score,) = screen(Linearization.of(base), [RadiusGrowth]).scores
-    whole = fitted(base, score.candidate)
+    refitted = fitted(base, score.candidate)
     assert score.kept < 0.01
-    (found,) = whole.effects
+    (found,) = refitted.effects
     assert found.effect().growth == pytest.approx(GROWTH, rel=0.25)
 
 

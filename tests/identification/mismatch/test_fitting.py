@@ -1,4 +1,4 @@
-"""Steps of the fit: they keep within their bounds."""
+"""Steps of the fit stay within their bounds."""
 
 from dataclasses import replace
 from functools import cache
@@ -61,24 +61,24 @@ def test_a_bounded_step_is_the_best_within_its_bounds(seed):
     series = nuisances.columns @ (5.0 * rng.standard_normal(6)) + rng.standard_normal(200)
 
     def cost(z):
-        rest = series - nuisances.columns @ z
-        return rest @ rest + z @ z
+        residual = series - nuisances.columns @ z
+        return residual @ residual + z @ z
 
     low, high = np.full(6, -2.0), np.full(6, 2.0)
-    normal, pushes = nuisances.normal, nuisances.columns.T @ series
-    held = bounded(normal, pushes, low, high)
+    normal, correlation = nuisances.normal, nuisances.columns.T @ series
+    held = bounded(normal, correlation, low, high)
     assert (held >= low - 1e-9).all()
     assert (held <= high + 1e-9).all()
     assert (np.abs(held) > 1.99).any()
     others = np.clip(held + 0.1 * rng.standard_normal((500, 6)), low, high)
     assert cost(held) <= min(map(cost, others)) + 1e-9
-    wide = bounded(normal, pushes, low - 100.0, high + 100.0)
+    wide = bounded(normal, correlation, low - 100.0, high + 100.0)
     assert np.allclose(wide, nuisances.fit(series))
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_what_calibration_hides_only_by_leaving_its_priors_is_seen(seed):
-    """Scored off the nuisances, a column brings exactly what fitting it along brings."""
+    """After projecting out nuisances, a column's gain equals the gain of a joint fit."""
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
     nuisances = Nuisances(rng.standard_normal((200, 6)))
@@ -87,15 +87,15 @@ def test_what_calibration_hides_only_by_leaving_its_priors_is_seen(seed):
 
     def least(columns, weights):
         z = np.linalg.solve(columns.T @ columns + np.diag(weights), columns.T @ series)
-        rest = series - columns @ z
-        return 0.5 * (rest @ rest + weights @ z**2), z, rest
+        residual = series - columns @ z
+        return 0.5 * (residual @ residual + weights @ z**2), z, residual
 
-    before, z, rest = least(nuisances.columns, np.ones(6))
+    before, z, residual = least(nuisances.columns, np.ones(6))
     after, *_ = least(np.column_stack((nuisances.columns, hidden)), np.array([1.0] * 6 + [0.0]))
-    off, left = nuisances.project_out(hidden), nuisances.projected_residuals(rest, z)
-    told = 0.5 * (off @ left) ** 2 / (off @ off)
-    assert told > 10.0
-    assert told == pytest.approx(before - after, rel=1e-9)
+    off, adjusted = nuisances.project_out(hidden), nuisances.projected_residuals(residual, z)
+    projected_gain = 0.5 * (off @ adjusted) ** 2 / (off @ off)
+    assert projected_gain > 10.0
+    assert projected_gain == pytest.approx(before - after, rel=1e-9)
 
 
 def test_a_settled_fit_stays_where_it_is():
@@ -106,7 +106,7 @@ def test_a_settled_fit_stays_where_it_is():
 
 
 def test_slopes_taken_elsewhere_are_those_by_values():
-    """Drag enters in proportion to its value, so its slope by value is the same at 1.35 times the drag."""
+    """Drag enters linearly, so its derivative by value is the same at 1.35 times the drag."""
     fit = base()
     place = [k.name for k in fit.model.known].index("drag_area")
     step = np.zeros(coordinates_of(fit.point).size)
@@ -137,7 +137,7 @@ def test_held_out_recordings_contradict_what_they_would_show_and_do_not():
 
 
 def test_held_out_recordings_that_need_an_effect_to_be_simulated_confirm_it(monkeypatch):
-    """Without it the improved numbers lead nowhere: it would show plainly, and it does."""
+    """Without it the improved parameters cannot be simulated: held-out data confirm it."""
     bare, held_out = base(Backlash(slack=8e-3)), ready(Backlash(slack=8e-3)).held_out
     right = optimize(_with(bare, Backlash(slack=8e-3)))
 
@@ -171,7 +171,7 @@ def calibrated_without(seed: int, height: float) -> Fit:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_an_effect_is_found_although_calibration_has_made_up_for_it(seed):
-    """The load was taken for a larger one: from there a fit finds a part of what there is."""
+    """Calibration overestimates the load: a fit from there recovers a part of the effect."""
     height = 0.6
     base = calibrated_without(seed, height)
     assert np.abs(base.point.x).max() > 1.5
@@ -199,7 +199,7 @@ def test_a_start_from_the_file_keeps_what_the_file_does_not_tell():
 
 
 def test_calibration_ends_no_lower_than_where_plain_least_squares_lead():
-    """Fitted with its noise alone it ends here at 4 deviations, and lower."""
+    """A fit with its own noise model only ends at 4 deviations, with a lower score."""
     base = calibrated_without(1, 0.6)
     plain = least_squares_start(start_fit(base.model, base.model.origin()))
     assert base.score >= plain.score - 2.0 * WORTH_AGAIN

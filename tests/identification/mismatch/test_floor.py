@@ -1,4 +1,4 @@
-"""What trials do not repeat is the floor; what they share and nobody explains is lack of fit."""
+"""The floor is the part that trials do not repeat; lack of fit is the shared residual."""
 
 from types import SimpleNamespace
 
@@ -18,39 +18,39 @@ from slipbench.identification.mismatch.simulation.sampling import Grid
 from slipbench.identification.mismatch.simulation.sensor import Sampled, tooth_sensors
 
 
-def fit(shared, alike=True):
+def fit(shared, same_input=True):
     """Two recordings of one trial: residuals with a shared part beside noise of deviation 1."""
     rng = np.random.default_rng(6)
     common = shared * np.sin(np.arange(1000) * 0.2)[:, None]
-    rest = [common + rng.standard_normal((1000, 1)) for _ in range(2)]
+    residual = [common + rng.standard_normal((1000, 1)) for _ in range(2)]
     command = np.sin(np.arange(5000) * 0.01)[:, None]
-    inputs = [command, command if alike else np.roll(command, 300)]
+    inputs = [command, command if same_input else np.roll(command, 300)]
     records = tuple(
         SimpleNamespace(name=f"run {i}", inputs=u, grid=SimpleNamespace(stretches=3))
         for i, u in enumerate(inputs)
     )
     partition = SimpleNamespace(groups=(SimpleNamespace(order=4),))
     model = SimpleNamespace(records=records, partition=partition)
-    return SimpleNamespace(model=model, residuals=[rest], noise=[whitener(rest, 4)])
+    return SimpleNamespace(model=model, residuals=[residual], noise=[whitener(residual, 4)])
 
 
 def test_the_floor_of_repeated_trials_is_what_they_do_not_share():
-    floor, told_by = floors(fit(shared=2.0), 0)
-    assert told_by == REPEATED
+    floor, source = floors(fit(shared=2.0), 0)
+    assert source == REPEATED
     assert abs(floor[0] - 1.0) < 0.05
 
 
 def test_without_repetition_the_floor_is_what_is_new_in_every_bin():
-    one = fit(shared=2.0, alike=False)
-    floor, told_by = floors(one, 0)
-    assert told_by == INNOVATIONS
+    one = fit(shared=2.0, same_input=False)
+    floor, source = floors(one, 0)
+    assert source == INNOVATIONS
     assert 0.95 < floor[0] < 0.8 * np.sqrt(np.mean(one.residuals[0][0] ** 2))
 
 
 def test_lack_of_fit_is_seen_where_the_trials_share_something():
     assert lack_of_fit(fit(shared=2.0)).p_value < 1e-3
     assert lack_of_fit(fit(shared=0.0)).p_value > 1e-3
-    assert lack_of_fit(fit(shared=2.0, alike=False)) is None
+    assert lack_of_fit(fit(shared=2.0, same_input=False)) is None
 
 
 def test_every_recording_is_in_one_pair_at_most():
@@ -72,9 +72,13 @@ def test_a_tooth_pattern_has_a_floor_whatever_the_length_of_the_recording(second
     )
     block = SimpleNamespace(order=0, outputs=("rear_tooth_pattern",))
     model = SimpleNamespace(records=(record,), partition=SimpleNamespace(groups=(block,)))
-    rest = rng.standard_normal((disc.value.size, 1))
-    floor, told_by = floors(SimpleNamespace(model=model, residuals=[[rest]], noise=[None]), 0)
-    assert told_by == PATTERN
-    rows = rest.reshape(-1, teeth)
-    own = np.sqrt(np.mean(rest**2)) if len(rows) == 1 else np.sqrt(rows.var(axis=0, ddof=1).mean())
+    residual = rng.standard_normal((disc.value.size, 1))
+    floor, source = floors(SimpleNamespace(model=model, residuals=[[residual]], noise=[None]), 0)
+    assert source == PATTERN
+    rows = residual.reshape(-1, teeth)
+    own = (
+        np.sqrt(np.mean(residual**2))
+        if len(rows) == 1
+        else np.sqrt(rows.var(axis=0, ddof=1).mean())
+    )
     assert floor == pytest.approx([own])

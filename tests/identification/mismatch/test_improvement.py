@@ -1,4 +1,4 @@
-"""Improvement of held-out recordings by what was found, apart from that by calibration."""
+"""Held-out improvement by the identified effects, separate from that by calibration."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ WANDER = 0.1  # m
 
 
 def wandering(seed, size):
-    """A sensor that wanders slowly, by far more than the hardening changes."""
+    """A sensor with slow drift, far larger than the change by the hardening."""
     rng = np.random.default_rng(seed + 7)
     lines = rng.uniform(0.1, 0.5, 8), rng.uniform(0.0, 2.0 * np.pi, 8)  # Hz, rad
 

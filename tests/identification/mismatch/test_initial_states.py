@@ -1,4 +1,4 @@
-"""Calibration finds numbers and initial states that hang together: a pendulum that swings for long."""
+"""Calibration of correlated parameters and initial states: a lightly damped pendulum."""
 
 from pathlib import Path
 
@@ -65,8 +65,8 @@ ROLES = RoleMap(
 
 
 @njit(cache=True)
-def swung(voltage, rope, swing, speed=0.0, lag=LAG):
-    """Speed and angle at each sample: midpoint rule in small steps. swing, speed: the first ones."""
+def speed_and_angle(voltage, rope, swing, speed=0.0, lag=LAG):
+    """Speed and angle at each sample: midpoint rule, small steps. swing, speed: initial values."""
     shown = np.zeros((voltage.size, 2))
     x, k = np.array([speed, swing, 0.0]), np.zeros(3)
     h = PERIOD / FINER
@@ -89,7 +89,7 @@ def recording(seed, rope, swing, speed=0.0, lag=LAG, size=2.0):
     rng = np.random.default_rng(seed)
     count = round(SECONDS / PERIOD)
     voltage = np.repeat(size * rng.standard_normal(count // 75 + 1), 75)[:count]
-    values = dict(zip(NOISE, swung(voltage, rope, swing, speed, lag).T, strict=True))
+    values = dict(zip(NOISE, speed_and_angle(voltage, rope, swing, speed, lag).T, strict=True))
     values = {k: y + NOISE[k] * rng.standard_normal(count) for k, y in values.items()}
     values["voltage"] = voltage
     moments = PERIOD * np.arange(count)
@@ -107,11 +107,11 @@ def calibrated(folder, runs, text=MODEL):
 
 @pytest.mark.parametrize(("rope", "swing"), [(1.88, 0.0), (1.88, 0.15), (2.15, -0.1), (1.8, 0.1)])
 def test_what_calibration_leaves_is_the_noise(tmp_path, rope, swing):
-    """Over usual steps of the first angle differences led to an error ten times the noise, and the
-    noise model took it for noise."""
+    """With usual difference steps of the initial angle the error was ten times the noise, and the
+    noise model absorbed it."""
     fit = calibrated(tmp_path, [recording(seed, rope, swing) for seed in (1, 2)])
-    for rest, size in zip(fit.residuals, NOISE.values(), strict=True):
-        assert np.sqrt(np.mean(np.concatenate(rest) ** 2)) < 1.05 * size
+    for residual, size in zip(fit.residuals, NOISE.values(), strict=True):
+        assert np.sqrt(np.mean(np.concatenate(residual) ** 2)) < 1.05 * size
     numbers = {c.name: c.at(float(x)) for c, x in zip(fit.model.known, fit.point.x, strict=True)}
     assert numbers["rope"] == pytest.approx(rope, rel=1e-3)
     assert numbers["gain"] == pytest.approx(GAIN, rel=5e-3)
@@ -119,19 +119,19 @@ def test_what_calibration_leaves_is_the_noise(tmp_path, rope, swing):
 
 @pytest.mark.parametrize("speed", [-1.0, -0.3, 0.3, 1.0])
 def test_a_recording_that_begins_in_motion_is_predicted_from_its_first_sample(tmp_path, speed):
-    """The first speed decays within the rows that have too few before them for the noise model."""
+    """The initial speed decays within the first rows, before the noise model has its full order."""
     lag = 0.03
     text = MODEL.replace("value = 0.15", f"value = {lag}").replace("0.06 }", "0.01 }")
     fit = calibrated(tmp_path, [recording(s, 1.88, 0.0, speed, lag, 0.3) for s in (1, 2)], text)
-    for white, rests, size in zip(fit.noise, fit.residuals, NOISE.values(), strict=True):
+    for white, residual_series, size in zip(fit.noise, fit.residuals, NOISE.values(), strict=True):
         assert white.order * PERIOD > 5.0 * lag
-        for rest in rests:
-            assert np.abs(rest[: white.order]).max() < 5.0 * size
+        for residual in residual_series:
+            assert np.abs(residual[: white.order]).max() < 5.0 * size
 
 
 @pytest.mark.parametrize("speed", [-3.0, -2.0, -1.0, 2.0])
 def test_what_begins_in_fast_motion_is_fitted_from_its_beginning_on(tmp_path, speed):
-    """From rest, where the fit starts, the pendulum turns over, and slopes lead nowhere."""
+    """From rest, the start of the fit, the pendulum turns over, and Jacobians do not help."""
     fit = calibrated(tmp_path, [recording(seed, 1.88, 0.1, speed) for seed in (1, 2)])
-    for rest, size in zip(fit.residuals, NOISE.values(), strict=True):
-        assert np.sqrt(np.mean(np.concatenate(rest) ** 2)) < 1.05 * size
+    for residual, size in zip(fit.residuals, NOISE.values(), strict=True):
+        assert np.sqrt(np.mean(np.concatenate(residual) ** 2)) < 1.05 * size

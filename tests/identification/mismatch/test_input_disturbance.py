@@ -1,4 +1,4 @@
-"""Waveforms that are pushed beside a simulation: they add, act in their drive, and find a truth."""
+"""Input disturbances: they superpose, act in their subsystem, and are recovered by a fit."""
 
 from dataclasses import replace
 from functools import cache
@@ -35,7 +35,9 @@ def fitted() -> Fit:
     return start_fit(model, model.origin())
 
 
-def pushed(regressor: str, place_name: str, size: float, beside: Fit | None = None) -> InputSpline:
+def spline_at(
+    regressor: str, place_name: str, size: float, beside: Fit | None = None
+) -> InputSpline:
     """A curve with values of alternating sign."""
     fit = beside or fitted()
     place = next(p for p in places(fit) if p.name == place_name)
@@ -49,32 +51,34 @@ def pushed(regressor: str, place_name: str, size: float, beside: Fit | None = No
 @pytest.mark.parametrize("regressor", KNOWN)
 def test_a_push_at_the_point_is_a_push_injected_into_the_model(regressor):
     fit = fitted()
-    push = pushed(regressor, "engine torque", 0.3).effect()
-    at_point = with_effects(fit, (pushed(regressor, "engine torque", 0.3),))
-    injected = replace(fit.model, injected=push.waveforms)
+    disturbance = spline_at(regressor, "engine torque", 0.3).effect()
+    at_point = with_effects(fit, (spline_at(regressor, "engine torque", 0.3),))
+    injected = replace(fit.model, injected=disturbance.waveforms)
     for ones, others in zip(at_point.predicted, predict(injected, fit.point), strict=True):
         for one, other in zip(ones, others, strict=True):
             assert one == pytest.approx(other)
 
 
 def test_a_push_is_felt_when_it_acts_and_not_before():
-    """Commands are late in the servo and at the spark; what pushes there is not."""
+    """Commands are late in the servo and at the spark; input disturbances there are not."""
     fit = fitted()
     record = fit.model.records[0]
     row = 3000
     for place in places(fit):
-        pushes = np.zeros(record.grid.rows)
-        pushes[row:] = place.size
-        extra = fit.model.at(fit.point).input_disturbance(place, record, pushes)
-        pushed, plain = (simulate(fit.model, fit.point, 0, place.subsystem, e) for e in (extra, {}))
-        moved = np.abs(pushed[FELT[place.subsystem]] - plain[FELT[place.subsystem]])
+        waveform = np.zeros(record.grid.rows)
+        waveform[row:] = place.size
+        extra = fit.model.at(fit.point).input_disturbance(place, record, waveform)
+        disturbed, plain = (
+            simulate(fit.model, fit.point, 0, place.subsystem, e) for e in (extra, {})
+        )
+        moved = np.abs(disturbed[FELT[place.subsystem]] - plain[FELT[place.subsystem]])
         assert not moved[: row - 1].any(), place.name
         assert np.all(moved[row + 2 : row + 6] > 0.0), place.name
 
 
 def test_pushes_act_in_their_drive_alone_and_are_not_each_other():
     fit = fitted()
-    one = pushed("throttle rate", "engine torque", 0.1).effect()
+    one = spline_at("throttle rate", "engine torque", 0.1).effect()
     same = InputDisturbance(one.subsystem, one.waveforms)
     assert one != same
     assert fit.model.subsystems_changed_by(one) == ("motion",)
@@ -88,11 +92,11 @@ def test_pushes_act_in_their_drive_alone_and_are_not_each_other():
 
 def test_two_pushes_of_half_are_one():
     fit = fitted()
-    whole = pushed("throttle rate", "driveline torque", 0.2)
-    half = pushed("throttle rate", "driveline torque", 0.1).effect()
+    full = spline_at("throttle rate", "driveline torque", 0.2)
+    half = spline_at("throttle rate", "driveline torque", 0.1).effect()
     twice = replace(fit.point, effects=(half, InputDisturbance(half.subsystem, half.waveforms)))
     for ones, others in zip(
-        predict(fit.model, twice), with_effects(fit, (whole,)).predicted, strict=True
+        predict(fit.model, twice), with_effects(fit, (full,)).predicted, strict=True
     ):
         for one, other in zip(ones, others, strict=True):
             assert one == pytest.approx(other)
@@ -100,19 +104,19 @@ def test_two_pushes_of_half_are_one():
 
 @pytest.mark.parametrize("regressor", KNOWN)
 def test_most_of_what_was_pushed_is_found_from_nothing(regressor):
-    """The recording is the simulation's own with pushes; sensitivities are taken anew once."""
+    """The recording is a simulation with input disturbances; sensitivities are updated once."""
     fit = fitted()
-    secret = with_effects(fit, (pushed(regressor, "engine torque", 1.0),))
+    truth = with_effects(fit, (spline_at(regressor, "engine torque", 1.0),))
     model = replace(fit.model)
     model.__dict__["measured"] = [
         [m + (s - p) for m, s, p in zip(ms, ss, ps, strict=True)]
-        for ms, ss, ps in zip(fit.model.measured, secret.predicted, fit.predicted, strict=True)
+        for ms, ss, ps in zip(fit.model.measured, truth.predicted, fit.predicted, strict=True)
     ]
     model.__dict__["coarse"] = model
     start = replace(fit, model=model, candidates=())
     bare = optimize(start)
     found, known = (
-        _settled(with_effects(start, (pushed(regressor, "engine torque", size, start),))).score
+        _settled(with_effects(start, (spline_at(regressor, "engine torque", size, start),))).score
         - bare.score
         for size in (0.0, 1.0)
     )
@@ -121,5 +125,5 @@ def test_most_of_what_was_pushed_is_found_from_nothing(regressor):
 
 
 def _settled(fit: Fit) -> Fit:
-    """Settle as free curves do: slopes at nothing, of pushes in bins, hold only roughly."""
+    """Optimize as for free curves: sensitivities at zero, from binned inputs, are approximate."""
     return optimize(relinearized(optimize(fit)))

@@ -1,4 +1,4 @@
-"""Noise in an input must not be taken for physics, and physics not for noise in an input."""
+"""Noise in an input must not be identified as physics, nor physics as noise in an input."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -47,7 +47,7 @@ FILTERS = ("lag", "delay", "clock_drift")
 
 
 def wheels(seed: int, late: float = 0.0, noise: float = NOISE) -> Recording:
-    """Ride for 20 s; each wheel has bumps of its own, m/s. late: time constant of the right one's, s."""
+    """Ride for 20 s; each wheel has its own bumps, m/s. late: time constant of the right, s."""
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
     time = PERIOD * np.arange(1000)
@@ -55,10 +55,10 @@ def wheels(seed: int, late: float = 0.0, noise: float = NOISE) -> Recording:
     right, share = speed.copy(), PERIOD / (late + PERIOD)
     for k in range(1, 1000):
         right[k] = right[k - 1] + share * (speed[k] - right[k - 1])
-    told = {"left": speed, "right": right}
+    values_by_role = {"left": speed, "right": right}
     channels = {
         r: Channel(r, time, v + noise * rng.standard_normal(1000), "m/s", "bus", "made")
-        for r, v in told.items()
+        for r, v in values_by_role.items()
     }
     return Recording(Path(f"wheels{seed}"), {}, None, ROLES, channels, {})
 
@@ -86,8 +86,8 @@ def test_a_window_takes_nothing_off_what_is_slow() -> None:
 @pytest.mark.parametrize("noise", [1e-3, 0.1, 10.0])
 def test_a_window_takes_no_more_off_than_the_noise(noise) -> None:
     values = ndimage.gaussian_filter1d(np.random.default_rng(3).standard_normal(2000), 3.0)
-    whole = smoothings(values, 1.0, np.inf)
-    for change, most in zip(smoothings(values, 1.0, noise), whole, strict=True):
+    unlimited = smoothings(values, 1.0, np.inf)
+    for change, most in zip(smoothings(values, 1.0, noise), unlimited, strict=True):
         assert np.std(change) == pytest.approx(min(noise, np.std(most)))
 
 
@@ -101,7 +101,7 @@ def test_noise_is_told_from_samples_of_what_is_smooth(noise) -> None:
 
 def test_bumps_of_one_wheel_are_no_physics_of_the_other(tmp_path: Path) -> None:
     rides = [wheels(71), wheels(171)]
-    for model in (TOLD, MODEL):  # untold: what follows lines was measured
+    for model in (TOLD, MODEL):  # unspecified: an interpolated input was measured
         assert not named(tmp_path, model, *rides).mismatch
     assert named(tmp_path, EXACT, *rides).mismatch
 

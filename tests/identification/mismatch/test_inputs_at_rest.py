@@ -28,8 +28,8 @@ def test_a_release_from_rest_shows_a_hardening_spring_and_nothing_where_it_is_li
         spring.prepare(recorded(seed, cube=cube, seconds=10.0, released=at))
         for seed, at in releases
     ]
-    tried = ("cubic", "saturation", "quadratic")
-    library = [k for k in spring.library if k.name in tried and k.place.name == "deflection"]
+    names = ("cubic", "saturation", "quadratic")
+    library = [k for k in spring.library if k.name in names and k.place.name == "deflection"]
     found = verdict(analyse(begin(spring, runs[:1], runs[1:]), library))
     assert found.mismatch == bool(named)
     assert [e.name for e in found.effects] == named
@@ -49,7 +49,7 @@ def test_a_curve_at_a_place_that_moves_no_output_is_not_fitted(spring):
 def test_a_recording_shorter_than_the_memory_of_a_disturbance_is_analysed(
     spring, training, held_out
 ):
-    """The model file has a stretch of 1 s."""
+    """The model file has a segment length of 1 s."""
     runs = [
         spring.prepare(recorded(seed, cube=0.3, seconds=seconds))
         for seed, seconds in ((1, training), (2, held_out))

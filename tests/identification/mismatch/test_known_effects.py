@@ -1,4 +1,4 @@
-"""Effects that a file has are known: they are found again only with another size."""
+"""Effects stated in a file are known: they are identified only with another magnitude."""
 
 from dataclasses import replace
 
@@ -45,7 +45,7 @@ def test_a_stated_cube_is_not_found_again(tmp_path) -> None:
 
 
 def test_a_stated_lag_of_a_sensor_is_not_found_again() -> None:
-    """Its size is certain, but the file has it; beside it there is nothing."""
+    """Its magnitude is significant, but stated in the file; nothing else is missing."""
     trail = lagging("throttle_position", LAG)
     records = ([trail(ride(erring(5), r)) for r in rides] for rides in (LEARN, PROVE))
     known = with_lag(ChannelLag("throttle_position", LAG))
@@ -66,7 +66,7 @@ def test_a_stated_cube_of_another_size_is_found_with_its_own(tmp_path) -> None:
 
 
 def test_calibration_leaves_nothing_that_an_effect_could_take() -> None:
-    """An effect is missed by 12 nats; a base that stops early gives them to any."""
+    """The gain of an unconverged base fit would be credited to any effect."""
     true = erring(7)
     system = MotorcycleSystem(nominal())
     training = begin(system, [system.prepare(ride(true, r)) for r in LEARN], []).training

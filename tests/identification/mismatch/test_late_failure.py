@@ -1,4 +1,4 @@
-"""Whatever breaks late, what was found before is written, and the failure is named."""
+"""After a late failure the earlier results are written, and the failure is reported."""
 
 import json
 from dataclasses import replace
@@ -36,27 +36,27 @@ def hardening(tmp_path_factory):
     return analyse(begin(spring, [learn], [prove]), kinds)
 
 
-def stopped(whole, done):
-    """The same analysis as it was after so many steps."""
-    a = begin(whole.system, whole.training.records, whole.held_out.records)
+def stopped(finished, done):
+    """The same analysis after this number of steps."""
+    a = begin(finished.system, finished.training.records, finished.held_out.records)
     if done > 0:
-        a = replace(a, base=whole.base, held_out=whole.held_out, training=whole.training)
+        a = replace(a, base=finished.base, held_out=finished.held_out, training=finished.training)
     if done > 1:
-        a = replace(a, before=whole.before, operating_region=whole.operating_region)
+        a = replace(a, before=finished.before, operating_region=finished.operating_region)
     if done > 2:
-        a = replace(a, named=whole.named, headline=whole.headline)
+        a = replace(a, named=finished.named, headline=finished.headline)
     if done > 5:
-        a = replace(a, held_out_runs=whole.held_out_runs, errors=whole.errors)
+        a = replace(a, held_out_runs=finished.held_out_runs, errors=finished.errors)
     return replace(a, done=done)
 
 
 def explained(a, folder, monkeypatch):
-    """What the command leaves of this analysis: exit status, output, verdict, memo."""
+    """Run the command on this analysis; return exit status and output, verdict, memo."""
     monkeypatch.setattr(runs, "open_analysis", lambda *_: a)
-    report, told = folder / "report", folder / "verdict.json"
+    report, verdict_file = folder / "report", folder / "verdict.json"
     command = ["explain", "--vehicle", str(folder / "spring.toml"), "run"]
-    done = CliRunner().invoke(app, [*command, "--json", str(told), "--report", str(report)])
-    tree = json.loads(told.read_text("utf-8"))
+    done = CliRunner().invoke(app, [*command, "--json", str(verdict_file), "--report", str(report)])
+    tree = json.loads(verdict_file.read_text("utf-8"))
     jsonschema.validate(tree, SCHEMA)
     memo = report / "memo.html"
     return done, tree, memo.read_text("utf-8") if memo.exists() else ""
@@ -108,8 +108,8 @@ def test_a_result_that_cannot_be_made_leaves_the_others(
     hardening, where, what, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(where, what, broken)
-    whole = replace(hardening, failure="")
-    done, tree, memo = explained(whole, tmp_path, monkeypatch)
+    finished = replace(hardening, failure="")
+    done, tree, memo = explained(finished, tmp_path, monkeypatch)
     assert tree["mismatch"]["found"] is True
     assert tree["held_out"] or where is conclude
     if where is memo_page:
@@ -157,12 +157,12 @@ def test_the_memo_leads_with_the_finding_then_figure_hypotheses_and_what_is_open
 
 
 def test_the_table_of_hypotheses_has_the_gains_of_what_stands_on_both_sets(hardening):
-    told = verdict(hardening)
-    first = hypotheses(hardening, told)[0]
+    result = verdict(hardening)
+    first = hypotheses(hardening, result)[0]
     assert first.stands
     assert first.name == "cubic.deflection"
     assert first.training == hardening.named.log_likelihood_gain
-    assert first.held_out == told.improvement.log_likelihood_gain > 0.0
+    assert first.held_out == result.improvement.log_likelihood_gain > 0.0
 
 
 def test_the_memo_says_along_what_a_named_effect_acts(hardening):

@@ -1,4 +1,4 @@
-"""What an explanation must keep to, on motorcycles whose truth is known."""
+"""Laws of an explanation, on motorcycles with known truth."""
 
 import json
 
@@ -45,9 +45,9 @@ def test_a_single_effect_is_named_and_its_size_told(
 ) -> None:
     verdict = found((effect,), seed=3)
     assert [e.name for e in verdict.effects] == [effect.name]
-    told = next(p for p in verdict.effects[0].parameters if p.name == parameter)
+    estimate = next(p for p in verdict.effects[0].parameters if p.name == parameter)
     true = getattr(effect, parameter)
-    assert abs(told.value - true) < max(0.1 * true, 1.5 * (told.high - told.low))
+    assert abs(estimate.value - true) < max(0.1 * true, 1.5 * (estimate.high - estimate.low))
     assert all(e.improved < 1.05 * e.nominal for e in verdict.held_out)
 
 

@@ -1,4 +1,4 @@
-"""What is no recording of a model file's system is refused in words; what can be judged is."""
+"""Unusable recordings of a model file's system are rejected with a message."""
 
 import re
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What every system of a model file, and every effect in it, must keep to."""
+"""Laws of every system of a model file, and of every effect in it."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -46,7 +46,7 @@ size = { value = 6, unit = "rad" }
 
 @pytest.fixture(scope="module")
 def lagging(tmp_path_factory):
-    """A spring whose force is a state, neither a speed nor the integral of one; and a wheel turns."""
+    """A spring whose force is a state, neither a speed nor its integral; and a turning wheel."""
     path = tmp_path_factory.mktemp("lagging") / "spring.toml"
     path.write_text(MODEL.replace("gain * force", "gain * current") + LAGGING, encoding="utf-8")
     return read_system(path)
@@ -63,8 +63,8 @@ def shown(spring, record, *effects):
     return there.simulate(record, CHAIN, "system", quiet, {})["place"]
 
 
-def tried(spring, record, effect):
-    """What is shown; NaN where a spring that pushes was refused in words."""
+def simulated_or_nan(spring, record, effect):
+    """Simulated reading; NaN where the simulation is rejected, as for a repelling spring."""
     try:
         return shown(spring, record, effect)
     except PlantError:
@@ -92,7 +92,7 @@ def test_an_absent_effect_changes_nothing_and_a_typical_one_leaves_a_trace(laggi
     for kind in found:
         absent = shown(lagging, settled, kind.absent())
         assert np.allclose(absent, plain, atol=1e-9 * np.abs(plain).max()), kind().key
-    traces = [np.ptp(tried(lagging, settled, kind()) - plain) for kind in found]
+    traces = [np.ptp(simulated_or_nan(lagging, settled, kind()) - plain) for kind in found]
     assert np.nanmax(traces) > 1e-4 * np.ptp(plain)
 
 
@@ -105,10 +105,10 @@ def test_up_to_three_times_the_typical_size_it_is_finite_or_refused_in_words(
             values = {}
             for p in kind.parameters():
                 sized = p.sized and np.isfinite(p.absent)
-                wanted = p.absent + share * (p.typical - p.absent) if sized else p.typical
-                values[p.name] = min(max(wanted, p.low), p.high)
-            seen = tried(lagging, settled, kind(**values))
-            assert np.isfinite(seen).all() or np.isnan(seen).all()
+                requested = p.absent + share * (p.typical - p.absent) if sized else p.typical
+                values[p.name] = min(max(requested, p.low), p.high)
+            simulated_place = simulated_or_nan(lagging, settled, kind(**values))
+            assert np.isfinite(simulated_place).all() or np.isnan(simulated_place).all()
 
 
 def test_a_quarter_of_the_step_gives_the_same(spring, record, tmp_path):
@@ -137,8 +137,8 @@ def test_an_equation_holds_arithmetic_alone(text):
 
 def test_a_hardening_spring_is_named_and_its_size_told(spring):
     runs = [spring.prepare(recorded(seed, cube=0.15, seconds=10.0)) for seed in (21, 22)]
-    tried = ("cubic", "saturation", "quadratic")
-    library = [k for k in spring.library if k.name in tried and k.place.name == "deflection"]
+    kind_names = ("cubic", "saturation", "quadratic")
+    library = [k for k in spring.library if k.name in kind_names and k.place.name == "deflection"]
     found = verdict(analyse(begin(spring, runs[:1], runs[1:]), library))
     assert ("cubic", "deflection") in [(e.name, e.subject) for e in found.effects]
     cube = next(e for e in found.effects if e.name == "cubic").parameters[0]
@@ -154,22 +154,22 @@ def test_a_clock_that_was_never_set_is_found_to_a_row(ahead):
     at = step * np.arange(3000)
     begin_at = 40.0
     inside = (at > begin_at) & (at <= begin_at + rows * step + 1e-9)
-    told, alike = best_shift(step, true[inside][:rows], at + ahead, true)
-    assert abs(told - (begin_at + ahead)) < 1.5 * step
-    assert alike > 0.99
+    offset, similarity = best_shift(step, true[inside][:rows], at + ahead, true)
+    assert abs(offset - (begin_at + ahead)) < 1.5 * step
+    assert similarity > 0.99
 
 
 def test_pieces_of_one_run_meet_where_they_share_time():
-    first, second, whole = (Piece.of(Path(f"run{p}")) for p in ("@0:60", "@60:", ""))
+    first, second, unbounded = (Piece.of(Path(f"run{p}")) for p in ("@0:60", "@60:", ""))
     assert not first.meets(second)
-    assert first.meets(whole)
+    assert first.meets(unbounded)
     with pytest.raises(InputError, match="not a segment"):
         Piece.of(Path("run@60:0"))
 
 
 def test_a_smooth_input_is_followed_between_its_samples(tmp_path):
-    told = recorded(11, seconds=2.0)
-    force = told.channels["force"]
+    source = recorded(11, seconds=2.0)
+    force = source.channels["force"]
     swings = replace(force, value=np.sin(2 * np.pi * 11.0 * force.time))  # 9 samples a period
     errors = {}
     for word in ("held = false", "smooth = true"):
@@ -178,7 +178,7 @@ def test_a_smooth_input_is_followed_between_its_samples(tmp_path):
         finer = path.read_text("utf-8").replace('period = "10 ms"', 'period = "20 ms"')
         path.write_text(finer, "utf-8")
         record = read_system(path).prepare(
-            replace(told, channels={**told.channels, "force": swings})
+            replace(source, channels={**source.channels, "force": swings})
         )
         inner = slice(50, -50)
         middle = 0.5 * (record.time[1:] + record.time[:-1]) + record.start

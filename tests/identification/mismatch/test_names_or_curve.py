@@ -1,4 +1,4 @@
-"""Names that do not suffice go only for a curve that predicts better, or where they leave more than they are."""
+"""Inadequate names are replaced only by a more predictive curve, or if most error remains."""
 
 import numpy as np
 import pytest
@@ -54,7 +54,7 @@ def test_a_curve_that_predicts_better_takes_the_place_of_names(nominal, rides):
 def test_names_stand_that_held_out_recordings_confirm_and_that_leave_less_than_they_explain(
     nominal, rides
 ):
-    """They were withdrawn, and the re-calibrated file stood in their place."""
+    """Regression: they were withdrawn in favour of the re-calibrated file."""
     found = explained(nominal, rides[LARGE][:2], rides[LARGE][2:], LIBRARY)
     assert names(found) == ["cubic.deflection"], reported(found)
     assert found.remains is not None
@@ -90,17 +90,17 @@ def test_without_held_out_recordings_names_that_do_not_suffice_are_withdrawn(nom
 
 
 def test_of_names_that_predict_worse_only_the_last_one_goes(nominal, monkeypatch):
-    asked = []
+    calls = []
 
     def loses_once(model, base, fit, most):
-        asked.append([c.name for c in fit.candidates])
-        lost = Veto(" + ".join(asked[-1]), -50.0, -most, "worse")
-        return lost if len(asked) == 1 else None
+        calls.append([c.name for c in fit.candidates])
+        lost = Veto(" + ".join(calls[-1]), -50.0, -most, "worse")
+        return lost if len(calls) == 1 else None
 
     monkeypatch.setattr(search, "mispredicted", loses_once)
     rides = [swung(seed, cubic(LARGE), felt=lagging, seconds=8.0) for seed in (1, 2, 3)]
     found = explained(nominal, rides[:2], rides[2:], ("cubic.deflection", "lag.force"))
-    first, second = asked
+    first, second = calls
     assert len(first) == 2
     assert second == first[:-1]
     assert names(found) == second, reported(found)

@@ -1,4 +1,4 @@
-"""The trial that is proposed shows what it is proposed for."""
+"""The proposed trial excites the effect for which it is proposed."""
 
 import re
 
@@ -21,11 +21,11 @@ def fit():
 
 
 def test_of_several_effects_the_one_that_a_trial_shows_most_plainly_is_named() -> None:
-    """No trial of the menu leans, so none shows a radius that changes with lean."""
-    told = next_trial(fit(), (), (RadiusWithLean, Backlash))
-    assert told is not None
-    assert "would show backlash" in told[0]
-    nats = float(re.search(r"gain ([\d.]+) nats", told[0])[1])
+    """No candidate trial leans, so none excites a radius that changes with lean."""
+    proposal = next_trial(fit(), (), (RadiusWithLean, Backlash))
+    assert proposal is not None
+    assert "would show backlash" in proposal[0]
+    nats = float(re.search(r"gain ([\d.]+) nats", proposal[0])[1])
     assert nats >= EXCITED
 
 

@@ -71,8 +71,8 @@ def recorded(friction):
     rng = np.random.default_rng(7)
     time = PERIOD * np.arange(round(SECONDS / PERIOD))
     for number, released in enumerate(RELEASED):
-        seen = swung(time.size, released, friction) + NOISE * rng.normal(size=time.size)
-        channel = Channel("encoder", time, seen, "rad", "bus", "made")
+        reading = swung(time.size, released, friction) + NOISE * rng.normal(size=time.size)
+        channel = Channel("encoder", time, reading, "rad", "bus", "made")
         yield Recording(Path(f"run{number}"), {}, None, ROLES, {"encoder": channel}, {})
 
 

@@ -50,12 +50,12 @@ def test_a_body_that_meets_a_stop_turns_back_within_some_steps():
 
 @given(NUMBER, st.floats(1e-2, 1e2))
 def test_a_sensor_drops_out_below_its_threshold_only(value, threshold):
-    told = tell(value, threshold)
-    assert abs(told) <= abs(value)
+    reading = tell(value, threshold)
+    assert abs(reading) <= abs(value)
     if abs(value) > 3.0 * threshold:
-        assert told == pytest.approx(value, rel=1e-3)
+        assert reading == pytest.approx(value, rel=1e-3)
     if abs(value) < threshold / 3.0:
-        assert abs(told) <= 1e-3 * threshold
+        assert abs(reading) <= 1e-3 * threshold
 
 
 @given(st.floats(1e-3, 1.0), st.floats(-np.pi, np.pi))
@@ -77,37 +77,39 @@ def test_the_mean_of_a_line_is_half_a_window_old_however_short_the_window_is(val
 
 
 def around(act, size, kept, **named):
-    """What comes out over three cycles of a triangle of this size."""
+    """Input and output over three cycles of a triangle of this size."""
     cycle = np.concatenate([np.linspace(0, size, 50), np.linspace(size, -size, 100)])
-    course = np.tile(np.concatenate([cycle, np.linspace(-size, 0, 50)]), 3)
+    waveform = np.tile(np.concatenate([cycle, np.linspace(-size, 0, 50)]), 3)
     out = []
-    for value in course:
+    for value in waveform:
         shown, *kept = act(value, *kept, **named)
         out.append(shown)
-    return course, np.array(out)
+    return waveform, np.array(out)
 
 
 @given(st.floats(0.1, 10.0), st.floats(0.1, 0.9), st.floats(0.1, 10.0))
 def test_a_part_that_yields_stays_within_its_level_and_loses_work(size, share, level):
-    course, out = around(loop, size, (0.0, 0.0), share=share, level=level)
-    part = (out - (1.0 - share) * course) / share
+    waveform, out = around(loop, size, (0.0, 0.0), share=share, level=level)
+    part = (out - (1.0 - share) * waveform) / share
     assert np.abs(part).max() <= level * (1.0 + 1e-9)
     last = slice(400, None)
-    assert np.trapezoid(out[last], course[last]) >= -1e-9
+    assert np.trapezoid(out[last], waveform[last]) >= -1e-9
 
 
 @given(st.floats(0.1, 10.0), st.floats(0.01, 10.0))
 def test_many_plays_of_no_width_pass_everything_and_loops_lie_within_the_widest(size, width):
-    course, out = around(follow, size, (0.0, 0.0, 0.0, 0.0), width=width)
-    assert np.abs(out - course).max() <= 0.625 * width * (1.0 + 1e-9)
+    waveform, out = around(follow, size, (0.0, 0.0, 0.0, 0.0), width=width)
+    assert np.abs(out - waveform).max() <= 0.625 * width * (1.0 + 1e-9)
     _, free = around(follow, size, (0.0, 0.0, 0.0, 0.0), width=0.0)
-    assert np.allclose(free, course)
+    assert np.allclose(free, waveform)
 
 
 def test_small_reversals_make_small_loops_within_large_ones():
-    """Of many plays; a single one answers to none that is smaller than itself."""
+    """Of many plays; a single play has no output for amplitudes below its width."""
     lost = [
-        np.trapezoid(out[400:], course[400:])
-        for course, out in (around(follow, s, (0.0,) * 4, width=1.0) for s in (0.2, 0.4, 1.0, 2.0))
+        np.trapezoid(out[400:], waveform[400:])
+        for waveform, out in (
+            around(follow, s, (0.0,) * 4, width=1.0) for s in (0.2, 0.4, 1.0, 2.0)
+        )
     ]
     assert all(abs(a) < abs(b) for a, b in itertools.pairwise(lost))

@@ -96,7 +96,7 @@ SIZED = ("viscous_friction", "quadratic_drag", "load_friction", "back_emf", "lea
 
 @pytest.mark.parametrize("name", SIZED)
 def test_twice_a_small_size_has_twice_the_effect(machine, record, name):
-    """Nothing in this servo feels its other load, so what acts there shows nothing."""
+    """The other load has no influence in this servo, so an effect there has no response."""
     plain = shown(machine, record)
     acting = [k for k in kinds(machine, name) if k.place.name != "load"]
     assert acting
@@ -125,26 +125,26 @@ ABOVE = st.floats(1e-2, 1e3)
 
 @given(NUMBER, NUMBER, st.floats(0.0, 0.9), ABOVE)
 def test_load_friction_takes_power_and_never_gives_any(force, speed, share, creep):
-    left = rub(force, speed, share, creep)
-    assert left * speed <= force * speed + 1e-9 * abs(force * speed)
-    assert abs(left) <= 2.0 * abs(force)
+    remaining = rub(force, speed, share, creep)
+    assert remaining * speed <= force * speed + 1e-9 * abs(force * speed)
+    assert abs(remaining) <= 2.0 * abs(force)
 
 
 @given(NUMBER, NUMBER, st.floats(0.0, 2.0), ABOVE)
 def test_back_driving_loses_only_where_the_load_drives(force, speed, share, creep):
-    left = lose(force, speed, share, creep)
+    remaining = lose(force, speed, share, creep)
     if force * speed >= 0.0:
-        assert left == force
+        assert remaining == force
     else:
-        assert left * speed <= force * speed * (1.0 - 1e-9)
+        assert remaining * speed <= force * speed * (1.0 - 1e-9)
 
 
 @given(NUMBER, NUMBER, ABOVE, ABOVE)
 def test_a_supply_gives_less_the_faster_it_turns_and_more_for_braking(force, speed, limit, free):
-    left = limit_force(force, speed, limit, free)
-    assert abs(left) <= abs(force)
-    if left * speed > 0.0:
-        assert abs(left) <= limit
+    remaining = limit_force(force, speed, limit, free)
+    assert abs(remaining) <= abs(force)
+    if remaining * speed > 0.0:
+        assert abs(remaining) <= limit
     assert abs(limit_force(force, 0.0, limit, free)) == min(abs(force), limit)
 
 
@@ -153,10 +153,10 @@ def test_presliding_stays_within_its_force_and_splits_time_exactly(torque, speed
     """Two halves of a step are the step, at a constant speed."""
     bent = halves = 0.0
     for speed in speeds:
-        left, bent, _ = bend(torque, speed, bent, speed, 0.01, 2.0, distance)
+        remaining, bent, _ = bend(torque, speed, bent, speed, 0.01, 2.0, distance)
         _, middle, _ = bend(torque, speed, halves, speed, 0.005, 2.0, distance)
         _, halves, _ = bend(torque, speed, middle, speed, 0.005, 2.0, distance)
-        assert abs(torque - left) <= 2.0 + 1e-9
+        assert abs(torque - remaining) <= 2.0 + 1e-9
         assert bent == pytest.approx(halves, abs=1e-9)
 
 

@@ -1,4 +1,4 @@
-"""Among names that recordings cannot tell apart, the plausible one leads; evidence goes first."""
+"""Among indistinguishable names the plausible one leads; evidence has priority."""
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -24,7 +24,7 @@ MARGIN = 10.0
 
 @dataclass(frozen=True)
 class Scored:
-    """A fit of which only these are looked at."""
+    """Stand-in for a fit with the fields that are used."""
 
     score: float
     candidates: tuple
@@ -41,13 +41,13 @@ def fit_of(folder, **changes) -> Fit:
 
 @pytest.fixture(scope="module")
 def bare(tmp_path_factory):
-    """A spring that is pushed from the first moment, by a force held for ten samples."""
+    """A spring excited from the first sample by a force held for ten samples."""
     return fit_of(tmp_path_factory.mktemp("spring"))
 
 
 @pytest.fixture(scope="module")
 def rested(tmp_path_factory):
-    """A spring that rests for two seconds, pushed by a measured force, which is never the same."""
+    """A spring at rest for two seconds; its measured force contains noise at every sample."""
     force = noise_of_the_force(51, 10.0)
     force = force + 0.01 * np.random.default_rng(5).standard_normal(force.size)
     force[:200] *= 1e-6
@@ -84,9 +84,9 @@ def test_no_clock_drifts_by_more_than_a_thousandth(bare):
 
 
 def test_an_offset_must_be_seen_at_rest(bare, rested):
-    seen = "an offset of the sensor would be seen at rest, where it reads zero"
-    assert seen in reasons(rested, "offset.place", 10.0)
-    assert seen not in reasons(bare, "offset.place", 0.1)
+    offset_reason = "an offset of the sensor would be seen at rest, where it reads zero"
+    assert offset_reason in reasons(rested, "offset.place", 10.0)
+    assert offset_reason not in reasons(bare, "offset.place", 0.1)
 
 
 def test_a_computed_input_does_not_err_and_a_measured_one_may(bare, rested):
@@ -132,7 +132,7 @@ def test_what_all_share_does_not_count(bare):
 
 
 def test_all_faults_of_a_sensor_weigh_alike():
-    """An optical sensor that lags acts in the plant's equations, one that is late does not."""
+    """An optical sensor lag acts in the plant's equations, an optical latency does not."""
     nowhere = SimpleNamespace(model=SimpleNamespace(records=()))
 
     def ranks(name: str) -> list[int]:

@@ -52,7 +52,7 @@ CLEAR, WEAK = (0.15, 2e-3), (0.01, 0.2)
 
 
 def kinds(system: ModelSystem) -> list:
-    """The one effect that is looked for, to keep these tests short."""
+    """The only effect in the library, to keep these tests short."""
     return [k for k in system.library if k.name == "cubic" and k.place.name == "deflection"]
 
 
@@ -74,7 +74,7 @@ def recorded_in_steps(recording: Recording, steps: float) -> Recording:
 
 
 def ordered(a, count=3, **how):
-    """A check whose clock stands still, so that results can be compared."""
+    """A check with a constant clock, so that results can be compared."""
     order = Order(count, library=kinds(a.system), **{"clock": lambda: 0.0, **how})
     return check(a, verdict(a), order)
 
@@ -123,7 +123,7 @@ def test_where_nothing_was_identified_only_false_alarms_are_counted(tmp_path):
 
 
 def test_a_free_curve_in_the_simulation_is_simulated_as_well(tmp_path):
-    """No lag makes a spring hard: a free curve stands, and the same answer is that no name suffices."""
+    """No lag explains a hardening spring: the verdict is an unknown effect."""
     system = spring(tmp_path)
     learnt, proof = ([system.prepare(swung(s, cubic(0.15)))] for s in (1, 2))
     few = [k for k in system.library if k.name == "lag" and k.place.name == "force"]
@@ -150,14 +150,14 @@ def test_a_function_is_simulated_as_a_model_file_is():
     few = [k for k in system.library if k.name == "offset" and k.place.name == "place"]
     a = analyse(begin(system, learnt, proof), few)
     replica, _ = simulated(a, np.random.default_rng(1), True)
-    rest = accepted(a).residuals[0][0]
+    residual = accepted(a).residuals[0][0]
     apart = replica.training.measured[0][0] - a.training.measured[0][0]
-    assert np.std(apart) == pytest.approx(np.sqrt(2.0) * np.std(rest), rel=0.5)
+    assert np.std(apart) == pytest.approx(np.sqrt(2.0) * np.std(residual), rel=0.5)
 
 
 @pytest.mark.parametrize("ended", [INTERRUPTED, OUT_OF_TIME])
 def test_an_early_end_keeps_what_was_done(clear, ended):
-    """Words come before every analysis and within it; the third analysis is cut off."""
+    """Progress messages precede each analysis and occur within it; the third is stopped."""
     begun, ticks = list[str](), count()
 
     def say(words):
@@ -202,19 +202,19 @@ def test_without_noise_sensors_record_what_the_simulation_shows(clear):
 
 def test_noise_that_is_whitened_and_coloured_is_the_same(clear):
     fit = clear.named.fit
-    [white], [[rest]] = whiteners(fit.model, fit.residuals), fit.residuals
+    [white], [[residual]] = whiteners(fit.model, fit.residuals), fit.residuals
     lead = np.zeros((white.order, 1))
-    series = np.concatenate((lead, rest))
-    np.testing.assert_allclose(coloured(white, white.innovations(series)), rest, atol=1e-9)
+    series = np.concatenate((lead, residual))
+    np.testing.assert_allclose(coloured(white, white.innovations(series)), residual, atol=1e-9)
 
 
 def test_noise_is_as_large_and_as_coloured_as_the_residuals(clear):
     fit = clear.named.fit
-    rest = fit.residuals[0][0][:, 0]
+    residual = fit.residuals[0][0][:, 0]
     drawn = [noise_like(fit, np.random.default_rng(s))[0][0][:, 0] for s in range(40)]
-    assert np.mean(np.square(drawn)) == pytest.approx(np.mean(rest**2), rel=0.1)
+    assert np.mean(np.square(drawn)) == pytest.approx(np.mean(residual**2), rel=0.1)
     for lag in (1, 5):
-        own = np.mean(rest[lag:] * rest[:-lag]) / np.mean(rest**2)
+        own = np.mean(residual[lag:] * residual[:-lag]) / np.mean(residual**2)
         made = np.mean([np.mean(e[lag:] * e[:-lag]) for e in drawn]) / np.mean(np.square(drawn))
         assert made == pytest.approx(own, abs=0.08)
 
@@ -228,10 +228,10 @@ def test_an_unstable_autoregression_does_not_grow(clear):
 def test_simulated_samples_lie_on_the_steps_of_the_channel(tmp_path):
     a = analysed(tmp_path, 0.15, 2e-3, steps=0.05)
     replica, _ = simulated(a, np.random.default_rng(3), True)
-    told = replica.training.records[0].sensors["place"].samples_read
-    np.testing.assert_allclose(told / 0.05, np.round(told / 0.05), atol=1e-3)
+    readings = replica.training.records[0].sensors["place"].samples_read
+    np.testing.assert_allclose(readings / 0.05, np.round(readings / 0.05), atol=1e-3)
     own = a.training.records[0].sensors["place"]
-    assert np.std(told) == pytest.approx(np.std(own.samples_read), rel=0.1)
+    assert np.std(readings) == pytest.approx(np.std(own.samples_read), rel=0.1)
 
 
 @given(st.floats(1e-3, 10.0), st.floats(-5.0, 5.0), st.floats(-100.0, 100.0))
@@ -267,16 +267,16 @@ def test_another_effect_is_not_the_same_answer(clear):
     other = replace(found, effects=(replace(effect, name="quadratic"),))
     both = replace(found, effects=(effect, replace(effect, name="quadratic")))
     tied = replace(other, equivalents=(("quadratic.deflection", "cubic.deflection"),))
-    first, *answers = (result_of(clear, v) for v in (found, found, other, both, tied))
-    assert [compare(first, a, {}).same for a in answers] == [True, False, False, True]
+    first, *results = (result_of(clear, v) for v in (found, found, other, both, tied))
+    assert [compare(first, a, {}).same for a in results] == [True, False, False, True]
     assert first.places == {"deflection"}
-    elsewhere = replace(first, places=frozenset(["force"]))
+    other_place = replace(first, places=frozenset(["force"]))
     assert compare(first, first, {}).place
-    assert not compare(first, elsewhere, {}).place
+    assert not compare(first, other_place, {}).place
 
 
 def test_an_effect_that_cannot_be_told_apart_is_the_same_answer_at_the_same_place(clear):
-    """As an offset of a force and of the spring that it acts on: the place cannot be told apart either."""
+    """As offsets of a force and of its spring: the injection points are indistinguishable."""
     found = verdict(clear)
     [effect] = found.effects
     twin = replace(effect, name="offset", subject="force")

@@ -1,4 +1,4 @@
-"""Laws of steps: what was told in them is read off what was told, and rounding has a mean."""
+"""Laws of quantization: the grid is estimated from values; rounding has an expected value."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def wandering(seed: int, size: int = 4000) -> np.ndarray:
-    """A quantity that goes up and down by many units, some away from nought."""
+    """A random walk over many units with a large offset."""
     rng = np.random.default_rng(seed)
     return 700.0 + np.cumsum(rng.standard_normal(size))
 
@@ -20,25 +20,25 @@ def wandering(seed: int, size: int = 4000) -> np.ndarray:
 @settings(deadline=None)
 @given(st.floats(0.5, 3.0), st.floats(-0.5, 0.5), seeds)
 def test_step_and_phase_are_recovered(step, phase, seed):
-    course = wandering(seed)
-    told = step * np.round(course / step - phase) + step * phase
-    found = fit_quantization(told)
+    waveform = wandering(seed)
+    quantized = step * np.round(waveform / step - phase) + step * phase
+    found = fit_quantization(quantized)
     assert found.step == pytest.approx(step, rel=1e-9)
-    assert (told - found.phase) / found.step == pytest.approx(
-        np.round((told - found.phase) / found.step), abs=1e-6
+    assert (quantized - found.phase) / found.step == pytest.approx(
+        np.round((quantized - found.phase) / found.step), abs=1e-6
     )
 
 
 @settings(deadline=None)
 @given(st.floats(1.0, 8.0), seeds)
 def test_a_finer_rounding_after_it_hides_no_step(step, seed):
-    """A byte on an inner bus, told on in the finer steps of the outer one."""
+    """A byte on an inner bus, forwarded with the finer steps of the outer bus."""
     fine = 0.05
-    course = 20.0 * wandering(seed) / 10.0
-    told = fine * np.round(step * np.round(course / step) / fine)
-    found = fit_quantization(told)
-    off = (told - found.phase) / found.step
-    assert np.abs(off - np.round(off)).max() * step < 1.5 * fine
+    waveform = 20.0 * wandering(seed) / 10.0
+    quantized = fine * np.round(step * np.round(waveform / step) / fine)
+    found = fit_quantization(quantized)
+    levels = (quantized - found.phase) / found.step
+    assert np.abs(levels - np.round(levels)).max() * step < 1.5 * fine
 
 
 @given(seeds)
@@ -57,9 +57,9 @@ def test_the_mean_of_what_is_told_is_that_of_many_draws(noise, phase):
     rng = np.random.default_rng(3)
     values = np.linspace(-2.0, 2.0, 41)
     drawn = values[:, None] + noise * rng.standard_normal((41, 40000))
-    told = np.round(drawn - phase) + phase
+    quantized = np.round(drawn - phase) + phase
     expected = mean_quantised(values, 1.0, noise, phase, least=0.05)
-    assert expected == pytest.approx(told.mean(axis=1), abs=0.01)
+    assert expected == pytest.approx(quantized.mean(axis=1), abs=0.01)
 
 
 def test_steps_break_a_promise_only_where_there_is_one_and_they_are_coarser():

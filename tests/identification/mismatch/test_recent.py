@@ -1,4 +1,4 @@
-"""What is kept for a recording is what would be computed, and no more is kept than stated."""
+"""The cache of a recording returns what would be computed, and keeps its stated size."""
 
 import gc
 from dataclasses import replace
@@ -52,7 +52,7 @@ def test_recordings_share_nothing_and_take_their_results_with_them():
 
 
 def test_a_throttle_servo_takes_nothing_but_its_own_numbers_effects_and_command():
-    """The law by which runs of the servo are kept while the rest of the motorcycle changes."""
+    """So cached servo runs stay valid while other parts of the motorcycle change."""
     known = {"throttle", "throttle_rate", "throttle_command", "step", "time"}
     known |= {e.__name__ for e in SERVO}
     for equation in SERVO:
@@ -66,7 +66,7 @@ def test_a_throttle_servo_takes_nothing_but_its_own_numbers_effects_and_command(
 
 
 def test_a_prediction_does_not_depend_on_what_was_kept():
-    """Of every way in which one point can differ from the one before it."""
+    """For every way in which a point can differ from the preceding point."""
     rides = (Ride("sweep", 2, 1400.0, 0.04, 0.5, 9.0, seconds=3.0, seed=s) for s in (51, 52))
     model = begin(system(), [system().prepare(ride(erring(5), r)) for r in rides], ()).training
     start, rng = model.origin(), np.random.default_rng(3)

@@ -1,4 +1,4 @@
-"""A recording made ready: rows hold whole commands, and no reading judges itself."""
+"""A prepared recording: rows hold single commands; no reading is a regressor of its own bin."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ SEED = 5
 
 @pytest.fixture(scope="module")
 def ready(tmp_path_factory):
-    """Blips, whose commands are steps, with clocks that drift and frames that wait."""
+    """Blips, whose commands are steps, with clock drift and delayed frames."""
     case = draw_case(SEED, 0)
     folder = tmp_path_factory.mktemp("runs") / "one"
     write_run(folder, case.truth, case.faults, case.training[1], dict(case.vehicle))
@@ -48,9 +48,9 @@ def test_a_reading_of_the_position_moves_no_regressor_of_its_own_bin_or_before(r
     other = replace(record, measured={**record.measured, "throttle_position": position})
     before, after = (servo_regressors(r, out, 4e-3) for r in (record, other))
     own = slice(0, row + record.grid.rows_per_bin)
-    for name, course in before.items():
-        assert np.array_equal(course[..., own], after[name][..., own]), name
-    assert any(np.any(course != after[name]) for name, course in before.items())
+    for name, series in before.items():
+        assert np.array_equal(series[..., own], after[name][..., own]), name
+    assert any(np.any(series != after[name]) for name, series in before.items())
 
 
 @pytest.mark.parametrize("wheel", ["front", "rear"])

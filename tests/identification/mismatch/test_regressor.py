@@ -1,4 +1,4 @@
-"""Along what free curves act: laws of pasts, of turning back, of scales and of broken lines."""
+"""Regressors of free curves: laws of memory, hysteresis, scaling and piecewise linear curves."""
 
 import numpy as np
 import pytest
@@ -35,12 +35,12 @@ seeds = st.integers(0, 2**31)
 
 
 def walk(seed: int, rows: int = 4000) -> np.ndarray:
-    """A quantity that wanders."""
+    """A random walk."""
     return np.cumsum(np.random.default_rng(seed).standard_normal(rows)) * 0.05
 
 
 def quantities(regressor: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """The course of a regressor, and the quantity that knots are of."""
+    """Values of a regressor, and the quantity on which its knots lie."""
     z = walk(seed)
     return (scale(walk(seed + 1), z) if kind_of(regressor) == SCALE else z), z
 
@@ -49,11 +49,13 @@ def quantities(regressor: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
 @settings(max_examples=20, deadline=None)
 @given(seeds)
 def test_a_course_is_the_sum_of_its_columns(regressor, seed):
-    seen, z = quantities(regressor, seed)
+    samples, z = quantities(regressor, seed)
     knots = knots_for(regressor, z)
     values = np.random.default_rng(seed).standard_normal(knots.size)
-    summed = sum(v * c for v, c in zip(values, columns(regressor, seen, knots, STEP), strict=True))
-    assert curve_waveform(regressor, seen, knots, values, STEP) == pytest.approx(summed)
+    summed = sum(
+        v * c for v, c in zip(values, columns(regressor, samples, knots, STEP), strict=True)
+    )
+    assert curve_waveform(regressor, samples, knots, values, STEP) == pytest.approx(summed)
     assert quantity_of(regressor) == "slip"
 
 
@@ -72,12 +74,12 @@ def test_a_step_is_answered_as_the_step_response_tells(increments):
     values = np.array(increments)
     before, after = 3000, 3000
     z = np.concatenate((np.zeros(before), np.ones(after)))
-    answer = curve_waveform(f"{PAST}z", z, LAGS, values, STEP)
-    answer -= answer[before - 1]
+    response = curve_waveform(f"{PAST}z", z, LAGS, values, STEP)
+    response -= response[before - 1]
     time = STEP * np.arange(after)
-    told = step_response(LAGS, values, time)
-    assert answer[before:] == pytest.approx(told, abs=STEP / 0.005 * 6.0)
-    assert answer[before + 2400 :] == pytest.approx(np.full(after - 2400, values.sum()), abs=0.01)
+    expected = step_response(LAGS, values, time)
+    assert response[before:] == pytest.approx(expected, abs=STEP / 0.005 * 6.0)
+    assert response[before + 2400 :] == pytest.approx(np.full(after - 2400, values.sum()), abs=0.01)
 
 
 @settings(max_examples=30, deadline=None)
@@ -85,7 +87,7 @@ def test_a_step_is_answered_as_the_step_response_tells(increments):
 def test_a_past_comes_later_when_its_quantity_does(seed, rows):
     z = walk(seed)
     late = np.concatenate((np.full(rows, z[0]), z[:-rows]))
-    # Their own means are taken off, by which a past is only shifted.
+    # Each column has its mean removed, which only shifts it by a constant.
     one, other = (list(columns(f"{PAST}z", x, LAGS, STEP)) for x in (z, late))
     for a, b in zip(one, other, strict=True):
         apart = b[rows + 2500 :] - a[2500 : a.size - rows]
@@ -96,8 +98,8 @@ def test_a_past_comes_later_when_its_quantity_does(seed, rows):
 @given(seeds, st.floats(0.01, 3.0))
 def test_a_stop_follows_within_its_width_and_slides_beyond(seed, width):
     z = walk(seed)
-    whole, stop = columns(f"{HYSTERESIS}z", z, np.array([0.0, width]), STEP)
-    assert np.ptp(whole - z) == pytest.approx(0.0, abs=1e-9)
+    unlimited, stop = columns(f"{HYSTERESIS}z", z, np.array([0.0, width]), STEP)
+    assert np.ptp(unlimited - z) == pytest.approx(0.0, abs=1e-9)
     assert np.abs(stop).max() <= width
     follows = np.diff(stop) - np.diff(z)
     inside = np.abs(stop[1:]) < width
@@ -107,7 +109,7 @@ def test_a_stop_follows_within_its_width_and_slides_beyond(seed, width):
 @settings(max_examples=30, deadline=None)
 @given(seeds, st.integers(2, 5))
 def test_hysteresis_does_not_know_how_fast_it_goes(seed, times):
-    """Rate independence: the same way, gone more slowly."""
+    """Rate independence: the same path at a lower rate."""
     z = walk(seed, 500)
     slow = np.interp(np.arange(times * 499 + 1) / times, np.arange(500), z)
     widths = np.array([0.1, 0.5])
@@ -122,9 +124,9 @@ def test_hysteresis_does_not_know_how_fast_it_goes(seed, times):
 def test_after_a_turn_it_changes_as_told():
     widths, values = np.array([0.0, 0.1, 0.4]), np.array([0.0, 2.0, -1.0])
     up, down = np.linspace(0.0, 3.0, 301), np.linspace(3.0, 0.0, 301)[1:]
-    answer = curve_waveform(f"{HYSTERESIS}z", np.concatenate((up, down)), widths, values, STEP)
+    response = curve_waveform(f"{HYSTERESIS}z", np.concatenate((up, down)), widths, values, STEP)
     way = 3.0 - down
-    assert answer[300] - answer[301:] == pytest.approx(
+    assert response[300] - response[301:] == pytest.approx(
         change_after_reversal(widths, values, way), abs=1e-9
     )
 

@@ -1,4 +1,4 @@
-"""Differences over steps that the recordings resolve: their law, and a narrow valley that needs it."""
+"""Finite-difference steps that recordings resolve: their law, and a narrow valley."""
 
 import math
 from dataclasses import replace
@@ -84,7 +84,7 @@ def test_a_step_is_resolved_and_not_larger_than_usual(usual, strength):
 
 @given(usual=STEPS, strength=st.floats(1e-3, 1e9), factor=st.floats(1e-3, 1e3))
 def test_the_unit_of_a_number_does_not_matter(usual, strength, factor):
-    """A number in other units has a step in these units."""
+    """A parameter in other units has its step in these units."""
     assert step_of(factor * usual, strength / factor) == pytest.approx(
         factor * step_of(usual, strength)
     )
@@ -97,7 +97,7 @@ def test_strengths_are_norms_and_none_where_nothing_is_known():
 
 @njit(cache=True)
 def driven(voltage):
-    """Current and speed at each sample of a motor whose torque falls as it warms: Euler, 4 000 Hz."""
+    """Current and speed at each sample of a motor that loses torque when warm: Euler, 4 000 Hz."""
     shown = np.zeros((voltage.size, 2))
     current = speed = warmth = 0.0
     h = PERIOD / FINER
@@ -149,9 +149,9 @@ def optimum(tmp_path_factory):
 
 @pytest.mark.parametrize("held", ["inertia", "constant", "resistance"])
 def test_a_fit_comes_back_from_wherever_one_number_was_held(optimum, held):
-    """Gain, warmth and motor constant together change little; each alone changes the speed a hundred
-    times as much. Over usual steps differences led back from resistance no farther than 5 800 of
-    12 827 nats, and from inertia in seven times the time."""
+    """Joint changes of gain, warmth and motor constant are weak; each alone changes speed a hundred
+    times as much. With usual difference steps the fit from the resistance reached only 5 800 of
+    12 827 nats, and the fit from the inertia took seven times as long."""
     known = optimum.model.known
     model = optimum.model.uncertain_of([k for k in known if k.name != held])
     x = [v for k, v in zip(known, optimum.point.x, strict=True) if k.name != held]

@@ -1,4 +1,4 @@
-"""What the simulation says between its rows."""
+"""Interpolation of the simulation between its rows."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Curves are found whatever the units, and of equal quantities once."""
+"""Curves are detected in any units, and once for equal quantities."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from slipbench.identification.mismatch.systems.system import first_of_each_wavef
 
 @given(st.integers(0, 2**32 - 1), st.floats(-3.0, 12.0))
 def test_dependent_columns_of_any_size_have_a_solution(seed, exponent):
-    """As where an offset of the system is a sum of the knots, and nothing of it is left."""
+    """As where a system offset equals the sum of the knots and is projected out."""
     rng = np.random.default_rng(seed)
     columns = 10.0**exponent * rng.standard_normal((200, 6))
     columns[:, 5] = columns[:, :5].sum(axis=1)

@@ -33,7 +33,7 @@ def drives() -> ModelSystem:
 
 @pytest.fixture(scope="module")
 def far_fit(drives) -> Fit:
-    """Two drives whose time constant runs away, since belt and blindness are missing."""
+    """Two drives with a diverging time constant, since belt and blindness are missing."""
     model = begin(drives, [drives.prepare(recorded(82, seconds=8.0))], []).training
     return calibrate(model, model.origin())
 
@@ -54,8 +54,8 @@ def test_different_signatures_are_unlike_each_other_and_all_others_like_one_befo
     assert len(found) <= most
     assert all(cosine[i, j] < ALIKE for i in found for j in found if i != j)
     if len(found) < most:
-        left = set(range(count)) - set(found)
-        assert all(any(cosine[i, j] >= ALIKE for j in found if j < i) for i in left)
+        unselected = set(range(count)) - set(found)
+        assert all(any(cosine[i, j] >= ALIKE for j in found if j < i) for i in unselected)
 
 
 def test_directions_have_length_one_and_are_off_the_nuisances(far_fit) -> None:
@@ -79,8 +79,8 @@ def test_an_amplitude_is_that_of_least_squares(far_fit) -> None:
     tests = score_tests(linear, column)
     off = linear.nuisances.project_out(column)
     for i in np.flatnonzero(tests.visible):
-        rest = linear.residuals - tests.amplitude[i] * off[:, i]
-        assert off[:, i] @ rest == pytest.approx(0.0, abs=1e-6 * np.sqrt(tests.energy[i]))
+        remaining = linear.residuals - tests.amplitude[i] * off[:, i]
+        assert off[:, i] @ remaining == pytest.approx(0.0, abs=1e-6 * np.sqrt(tests.energy[i]))
 
 
 def test_changes_hold_beside_the_same_fit_and_not_where_parameters_were_far_away(far_fit) -> None:
@@ -93,8 +93,8 @@ def test_changes_hold_beside_the_same_fit_and_not_where_parameters_were_far_away
     assert best & first.traces.names() <= same
     there = Linearization.of(start_fit(far_fit.model, far_fit.model.origin()))
     assert promising_again(there, first.traces) is None
-    whole, again = (screen(there, library, before) for before in (None, first))
-    assert [s.candidate.name for s in whole.scores] == [s.candidate.name for s in again.scores]
+    full, again = (screen(there, library, before) for before in (None, first))
+    assert [s.candidate.name for s in full.scores] == [s.candidate.name for s in again.scores]
 
 
 def test_an_effect_keeps_its_values_at_another_place_and_explains_no_less(far_fit) -> None:

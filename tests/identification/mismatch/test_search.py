@@ -1,4 +1,4 @@
-"""The search: exchange of a name on which it got stuck, and what stays when others have gone."""
+"""The search: swap step for a name in a local optimum, and backward elimination."""
 
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -58,11 +58,11 @@ def test_a_right_name_stays(bare) -> None:
 
 
 def test_screenings_in_vain_and_vetoes_of_an_exchange_count(monkeypatch) -> None:
-    """What was tried costs certainty, whether or not it led to a name."""
+    """Every screening lowers the level of significance, with or without a resulting name."""
     stand = Stand(("a", "b"), {("a", "b"): 0.0}, {})
     veto = Veto("c", -9.0, 5.0)
-    tried = replace(Named(stand, stand, Screening([], 1)), screenings=3, vetoes=(veto,))
-    monkeypatch.setattr(Search, "exchanged", lambda *_: tried)
+    exchanged = replace(Named(stand, stand, Screening([], 1)), screenings=3, vetoes=(veto,))
+    monkeypatch.setattr(Search, "exchanged", lambda *_: exchanged)
     monkeypatch.setattr(search, "pruned", lambda named, rule, _: (named, rule))
     named, rule = Search(())._refined(Named(stand, stand, Screening([], 1)))
     assert named.vetoes == (veto,)
@@ -81,11 +81,11 @@ def test_an_effect_keeps_the_level_of_the_screening_that_found_it() -> None:
     assert exchanged.found_in == {"a": 1, "c": 9}
 
 
-# Backward elimination, on sets of which everything is known.
+# Backward elimination, on sets with known scores and significance.
 
 
-class Told(Acceptance):
-    """Certain is what a stand says of itself."""
+class StatedSignificance(Acceptance):
+    """Acceptance that returns the significance stated in a stand."""
 
     def certain(self, fit, i):
         return fit.certain[fit.names][i]
@@ -104,7 +104,7 @@ class Kind:
 
 @dataclass(frozen=True)
 class Stand:
-    """A fit of some of the effects. worth: nats; certain: of every set the names that are."""
+    """A fit of some of the effects. worth: nats; certain: significance by set."""
 
     names: tuple[str, ...]
     worth: dict
@@ -141,16 +141,16 @@ def _stands(monkeypatch):
 def pruned(worth, certain):
     base = Stand((), worth, certain)
     named = Named(base, Stand(("a", "b", "c"), worth, certain), Screening([], 1))
-    return search.pruned(named, Told(1, None), lambda _: None).fit
+    return search.pruned(named, StatedSignificance(1, None), lambda _: None).fit
 
 
 @given(steps=WORTHS, certain=CERTAINTIES)
 def test_what_stays_is_certain_and_missed(steps, certain):
     worth = {s: 0.0 if not s else steps[len(s) - 1] for s in SETS}
-    left = pruned(worth, certain)
-    if left.names:
-        assert all(certain[left.names])
-        lost = [left.score - left.without(i).score for i in range(len(left.names))]
+    remaining = pruned(worth, certain)
+    if remaining.names:
+        assert all(certain[remaining.names])
+        lost = [remaining.score - remaining.without(i).score for i in range(len(remaining.names))]
         assert min(lost) >= REQUIRED_GAIN
 
 
@@ -167,7 +167,7 @@ def test_what_all_miss_stays():
 
 
 def test_what_stays_after_worse_predictions_is_certain(monkeypatch):
-    """The name that is left was certain beside the other one only."""
+    """The remaining name was significant beside the other name only."""
     worth = {(): 0.0, ("a",): 40.0, ("b",): 40.0, ("a", "b"): 90.0}
     certain = {("a",): (False,), ("a", "b"): (True, True)}
     base, both = Stand((), worth, certain), Stand(("a", "b"), worth, certain)
@@ -177,7 +177,7 @@ def test_what_stays_after_worse_predictions_is_certain(monkeypatch):
 
     monkeypatch.setattr(search, "mispredicted", mispredicted)
     monkeypatch.setattr(search, "fitted_without", lambda fit, i: fit.without(i))
-    monkeypatch.setattr(Search, "_rule", lambda *_: Told(1, None))
+    monkeypatch.setattr(Search, "_rule", lambda *_: StatedSignificance(1, None))
     found = Search((), held_out=object()).predicting(Named(base, both, Screening([], 1)))
     assert found.names == []
     assert [v.name for v in found.vetoes] == ["a + b"]

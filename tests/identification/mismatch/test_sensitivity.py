@@ -1,4 +1,4 @@
-"""Sensitivities of what sensors show are the limit of finite differences."""
+"""Sensitivities of sensor readings are the limit of finite differences."""
 
 from dataclasses import replace
 
@@ -31,10 +31,10 @@ EFFECTS = {
 }
 
 
-def differences(model: Model, point: Point, monkeypatch, nudge: float) -> Series:
+def differences(model: Model, point: Point, monkeypatch, difference_step: float) -> Series:
     """Finite differences with a step in prior deviations."""
-    monkeypatch.setattr(sensitivity, "DIFFERENCE_STEP", nudge)
-    monkeypatch.setattr(sensitivity, "SLOW_DIFFERENCE_STEP", nudge)
+    monkeypatch.setattr(sensitivity, "DIFFERENCE_STEP", difference_step)
+    monkeypatch.setattr(sensitivity, "SLOW_DIFFERENCE_STEP", difference_step)
     found = none(model.for_slopes, point)
     sensitivity._compare(model.for_slopes, point, found, ())
     return found
@@ -92,7 +92,7 @@ def test_a_number_at_the_end_of_its_range_has_no_slope() -> None:
     model, point = case(())
     i = [k.key for k in model.known].index("front_wheel.radius")
     x = point.x.copy()
-    x[i] = 1e3  # far beyond the range, where it is kept
+    x[i] = 1e3  # far beyond the range, where it is clipped
     limit = motorcycle_at(nominal().motorcycle, [model.known[i]], x[i : i + 1])
     assert limit.front_wheel.radius == 0.45
     at_end = sensitivities(model, replace(point, x=x))

@@ -1,4 +1,4 @@
-"""A sensor put on a simulation whose motion, clock and frames are known."""
+"""A sensor applied to a simulation with known motion, clock and frames."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ ROWS = GRID.step * np.arange(1, GRID.rows + 1)
 PERIOD = 4e-3
 FRAMES = PERIOD * np.arange(1, 1990)
 UNEVEN = 1e-3
-"""m/s: bins hold two frames or three, which a slope from bin to bin does not know."""
+"""m/s: bins hold two frames or three, which a slope from bin to bin does not represent."""
 
 
 def speed(time):
@@ -22,18 +22,18 @@ def speed(time):
     return 40.0 + 2.0 * time + 0.5 * np.sin(2 * np.pi * 1.5 * time)
 
 
-def sensor_of(told):
-    return point_sensor("speed", "m/s", "v", 1.0, Sampled(FRAMES, told, "own"), GRID)
+def sensor_of(values):
+    return point_sensor("speed", "m/s", "v", 1.0, Sampled(FRAMES, values, "own"), GRID)
 
 
 @settings(deadline=None, max_examples=30)
 @given(late=st.floats(-1.2e-3, 1.2e-3), hold=st.floats(9e-3, 60e-3), phase=st.floats(0.0, 1.0))
 def test_what_is_held_and_late_is_told_as_it_was(late, hold, phase):
-    """Stairs: moved by their slope they would show a spike at every step and no shift between."""
+    """Held values: a shift by their slope would give a spike at each step and no shift between."""
     fresh = np.diff(np.floor(FRAMES / hold + phase), prepend=-1.0) != 0.0
     there = speed(FRAMES - late)
-    told = there[np.maximum.accumulate(np.where(fresh, np.arange(FRAMES.size), 0))]
-    sensor = sensor_of(told)
+    values = there[np.maximum.accumulate(np.where(fresh, np.arange(FRAMES.size), 0))]
+    sensor = sensor_of(values)
     held = HeldFrames(channel="speed", hold=sensor.update_times * PERIOD)
     shown = sensor.observe({"v": speed(ROWS)}, [held], late)
     assert shown == pytest.approx(sensor.value, abs=2e-3)

@@ -1,4 +1,4 @@
-"""When an effect is certain: by its size, and of a limit by what it does."""
+"""When an effect is significant: by its magnitude, and a limit by its response."""
 
 import numpy as np
 import pytest

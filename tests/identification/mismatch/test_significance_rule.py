@@ -1,4 +1,4 @@
-"""When a name is certain: by its training recordings alone, or by held-out ones with them."""
+"""When a name is significant: by training recordings alone, or jointly with held-out ones."""
 
 from types import SimpleNamespace
 
@@ -38,7 +38,7 @@ def test_what_is_joined_of_chance_is_as_rare_as_it_says():
 
 @pytest.fixture
 def told(monkeypatch):
-    """Let training and held-out recordings tell what a test wants."""
+    """Set the p-values of training and held-out recordings; return p of the rule."""
 
     def tell(training: float, held_out: float) -> float:
         monkeypatch.setattr(rule, "significance", lambda *_: training)

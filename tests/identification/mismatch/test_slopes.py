@@ -1,4 +1,4 @@
-"""Slopes of a score: by values, and with the noise model fitted along."""
+"""Derivatives of a score: by values, and with a jointly fitted noise model."""
 
 from types import SimpleNamespace
 
@@ -16,17 +16,17 @@ from slipbench.identification.mismatch.simulation.coordinates import LEAST, Coor
 ROWS, LAGS = 6000, 3
 
 
-def seen(seed: int, outputs: int):
-    """Sensitivities (T, m, 2) and residuals (T, m): a course that parameters explain too late."""
+def example(seed: int, outputs: int):
+    """Sensitivities (T, m, 2) and residuals (T, m): a waveform explained with delay."""
     rng = np.random.default_rng(seed)
-    course = lfilter([0.3], [1.0, -0.7], rng.standard_normal((ROWS + 40, outputs)), axis=0)
-    residuals = course[20:-20] + 0.3 * rng.standard_normal((ROWS, outputs))
-    slopes = np.stack((course[19:-21], course[8:-32]), axis=2)
+    waveform = lfilter([0.3], [1.0, -0.7], rng.standard_normal((ROWS + 40, outputs)), axis=0)
+    residuals = waveform[20:-20] + 0.3 * rng.standard_normal((ROWS, outputs))
+    slopes = np.stack((waveform[19:-21], waveform[8:-32]), axis=2)
     return slopes, residuals
 
 
 def least_squares(slopes, residuals):
-    """Objective with the noise model fitted, whitened sensitivities, and the fit as `in_noise` asks."""
+    """Objective with a fitted noise model, whitened sensitivities, and the fit for `in_noise`."""
     white = whitener([residuals], LAGS)
     value = 0.5 * (float(np.sum(white(residuals) ** 2)) + white.log_determinant(len(residuals)))
     columns = white(slopes).reshape(residuals.size, -1)
@@ -39,7 +39,7 @@ def least_squares(slopes, residuals):
 
 
 def normals(slopes, residuals):
-    """Normal matrix at the noise model as it is, and with it fitted along."""
+    """Normal matrix at a fixed noise model, and with the noise model fitted jointly."""
     _, columns, _, fit = least_squares(slopes, residuals)
     inside = in_noise(fit, columns)
     fixed = columns.T @ columns
@@ -49,9 +49,9 @@ def normals(slopes, residuals):
 def at_its_best(slopes, residuals, along: bool, steps: int):
     found = []
     for _ in range(steps):
-        value, columns, aim, _ = least_squares(slopes, residuals)
+        value, columns, whitened, _ = least_squares(slopes, residuals)
         found.append(value)
-        step = np.linalg.solve(normals(slopes, residuals)[along], columns.T @ aim)
+        step = np.linalg.solve(normals(slopes, residuals)[along], columns.T @ whitened)
         residuals = residuals - slopes @ step
     return residuals, found
 
@@ -60,7 +60,7 @@ def at_its_best(slopes, residuals, along: bool, steps: int):
 @pytest.mark.parametrize("seed", range(3))
 def test_it_is_the_second_derivative_of_the_score_at_its_best(seed, outputs):
     print(f"seed {seed}")
-    slopes, residuals = seen(seed, outputs)
+    slopes, residuals = example(seed, outputs)
     best, _ = at_its_best(slopes, residuals, along=True, steps=12)
     fixed, along = normals(slopes, best)
     direction = np.array([1.0, 0.0])
@@ -76,7 +76,7 @@ def test_it_is_the_second_derivative_of_the_score_at_its_best(seed, outputs):
 @pytest.mark.parametrize("seed", range(3))
 def test_steps_lead_to_the_end_sooner(seed):
     print(f"seed {seed}")
-    slopes, residuals = seen(seed, 1)
+    slopes, residuals = example(seed, 1)
     _, along = at_its_best(slopes, residuals, along=True, steps=4)
     _, alternating = at_its_best(slopes, residuals, along=False, steps=4)
     _, end = at_its_best(slopes, residuals, along=False, steps=60)
@@ -86,20 +86,20 @@ def test_steps_lead_to_the_end_sooner(seed):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_what_noise_follows_is_never_more_than_the_whole(seed):
-    """Also where lags fade: the normal matrix stays one."""
+    """The normal matrix stays positive definite with faded lags, too."""
     print(f"seed {seed}")
-    slopes, residuals = seen(seed, 2)
+    slopes, residuals = example(seed, 2)
     for memory in (1.0, 5.0, np.inf):
         _, columns, _, fit = least_squares(slopes, residuals)
         block = OutputGroup("motion", "motion", ("speed",), LAGS, memory=memory)
         fit.model.partition.groups = (block,)
         inside = in_noise(fit, columns)
-        left = np.linalg.eigvalsh(columns.T @ columns - inside.T @ inside)
-        assert left.min() > 0.0
+        eigenvalues = np.linalg.eigvalsh(columns.T @ columns - inside.T @ inside)
+        assert eigenvalues.min() > 0.0
 
 
 def test_nothing_uncertain_has_no_slopes():
-    slopes, residuals = seen(0, 2)
+    slopes, residuals = example(0, 2)
     fit = least_squares(slopes, residuals)[-1]
     assert in_noise(fit, np.empty((residuals.size, 0))).shape[1] == 0
 

@@ -130,7 +130,7 @@ def test_a_curve_that_gains_nothing_inside_on_held_out_recordings_is_withdrawn(m
 
 @pytest.mark.parametrize(("more", "told"), [(1e3, "wheel torque"), (0.0, "located")])
 def test_where_it_acts_is_told_by_what_explains_more(more, told):
-    """A located curve meets what calibration left; one in the simulation may explain far more."""
+    """A located curve explains calibration residuals; an in-model curve may explain far more."""
     a = slack()
     free = fit_curves_in_model(a.base, a.before, a.held_out)
     there = replace(free.curve, place="wheel torque", block="driveline")
@@ -178,7 +178,7 @@ def test_an_interrupted_analysis_says_what_it_has(step):
 
 
 def test_what_is_open_is_written_for_the_design_of_the_next_trial(tmp_path):
-    """Effects that were not excited, each against nothing; the file reads back as it was written."""
+    """Effects without excitation, each against no effect; the file is read back unchanged."""
     a = replace(slack(), runs=("runs/sweep", "runs/square@0:60"))
     written = write_outputs(a, verdict(a), tmp_path / "v.toml", None, tmp_path / "report")
     path = next(p for p in written if p.name == "hypotheses.json")

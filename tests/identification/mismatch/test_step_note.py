@@ -1,4 +1,4 @@
-"""A step of integration that is too large for precise recordings is said, with what it costs."""
+"""An integration step too large for precise recordings is reported with its cost."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from tests.identification.mismatch.laws.spring import MODEL, spring, swung
 
 
 def fit(folder, step, noise, frequency=40.0):
-    """A spring that swings fast, beside a recording with white noise of this size, m."""
+    """A spring with a high natural frequency, and a recording with white noise, m."""
     text = MODEL.replace('step = "5 ms"', f'step = "{step}"')
     system = spring(folder, text.replace("value = 10, unit", f"value = {frequency}, unit"))
     model = begin(system, [system.prepare(swung(3))], []).training

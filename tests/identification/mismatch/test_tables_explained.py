@@ -49,11 +49,11 @@ def table(path, seed, dead):
 def test_a_dead_zone_in_tables_is_named(tmp_path, dead):
     (tmp_path / "motor.toml").write_text(MODEL, encoding="utf-8")
     one, two, three = (table(tmp_path / f"{k}.csv", k, dead) for k in (1, 2, 3))
-    told = tmp_path / "verdict.json"
+    verdict_file = tmp_path / "verdict.json"
     arguments = ["--model", str(tmp_path / "motor.toml"), one, f"{two}@0:6", "--held-out", three]
-    done = CliRunner().invoke(app, ["explain", *arguments, "--json", str(told)])
+    done = CliRunner().invoke(app, ["explain", *arguments, "--json", str(verdict_file)])
     assert done.exit_code == 0, done.output
-    found = [e["name"] for e in json.loads(told.read_text(encoding="utf-8"))["effects"]]
+    found = [e["name"] for e in json.loads(verdict_file.read_text(encoding="utf-8"))["effects"]]
     assert found == (["dead_zone"] if dead else [])
 
 

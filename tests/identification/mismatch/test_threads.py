@@ -55,18 +55,18 @@ def test_the_first_failure_in_the_order_of_the_parts_is_raised(workers):
 
 
 def test_once_works_a_property_out_once_for_an_object():
-    asked = []
+    executed = []
 
     class Thing:
         @once
         def worth(self) -> int:
             """A number."""
-            asked.append(self)
+            executed.append(self)
             return 7
 
     one, other = Thing(), Thing()
     assert (one.worth, one.worth, other.worth) == (7, 7, 7)
-    assert asked == [one, other]
+    assert executed == [one, other]
     assert Thing.worth.__doc__ == "A number."
 
 

@@ -1,4 +1,4 @@
-"""What effects changed beside one fit tells which of them are promising beside another."""
+"""Effect responses at one fit identify the promising effects at another fit."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -52,11 +52,11 @@ def test_the_most_promising_beside_another_fit_is_that_of_a_whole_survey(bare, f
     for score in first.scores[:3]:
         fit = fitted(bare, score.as_large_as_scored())
         assert fit is not None
-        whole = screen(Linearization.of(fit), library)
+        complete = screen(Linearization.of(fit), library)
         quick = screen(Linearization.of(fit), library, first)
-        assert quick.scores[0].candidate.name == whole.scores[0].candidate.name
+        assert quick.scores[0].candidate.name == complete.scores[0].candidate.name
         assert quick.scores[0].log_likelihood_gain == pytest.approx(
-            whole.scores[0].log_likelihood_gain, rel=1e-9
+            complete.scores[0].log_likelihood_gain, rel=1e-9
         )
         assert quick.tests >= first.tests
 
@@ -65,13 +65,13 @@ def test_fewer_are_screened_where_what_effects_changed_still_holds(bare, first) 
     near = replace(bare.point, x=bare.point.x + 0.05)
     fit = replace(bare, point=near, predicted=predict(bare.model, near))
     library = bare.model.system.library
-    whole, quick = (screen(Linearization.of(fit), library, before) for before in (None, first))
-    assert len(quick.scores) < len(whole.scores)
-    assert quick.scores[0].candidate.name == whole.scores[0].candidate.name
+    complete, quick = (screen(Linearization.of(fit), library, before) for before in (None, first))
+    assert len(quick.scores) < len(complete.scores)
+    assert quick.scores[0].candidate.name == complete.scores[0].candidate.name
 
 
 def test_what_left_no_trace_is_screened_anew(bare, first) -> None:
-    """Room for nothing: each effect might show now."""
+    """Without stored traces each effect is screened."""
     library = bare.model.system.library
     blank = Screening(first.scores, first.tests)
     again = screen(Linearization.of(bare), library, blank)
@@ -83,13 +83,13 @@ def test_what_left_no_trace_is_screened_anew(bare, first) -> None:
 
 def test_signatures_are_whitened_changes(bare) -> None:
     linear = Linearization.of(bare)
-    tried = some(bare.model.system.library, 6)
-    changes = linear.changes(tried)
-    assert np.array_equal(linear.effect_responses(tried), linear.whitened(changes))
+    chosen = some(bare.model.system.library, 6)
+    changes = linear.changes(chosen)
+    assert np.array_equal(linear.effect_responses(chosen), linear.whitened(changes))
     single = [[[np.float32(one) for one in block] for block in change] for change in changes]
-    largest = np.max(np.abs(linear.effect_responses(tried)))
+    largest = np.max(np.abs(linear.effect_responses(chosen)))
     assert linear.whitened(single) == pytest.approx(
-        linear.effect_responses(tried), abs=1e-4 * largest
+        linear.effect_responses(chosen), abs=1e-4 * largest
     )
 
 
@@ -118,14 +118,14 @@ def test_the_best_of_fits_that_are_refined_is_that_of_whole_fits(bare, first) ->
     rough = [roughly(bare, s.as_large_as_scored()) for s in first.scores[:6]]
     done = near_ones_refined(bare, [*rough, None])
     assert all(a.score >= b.score for a, b in zip(done, rough, strict=True) if b is not None)
-    whole = [fitted(bare, s.as_large_as_scored()) for s in first.scores[:6]]
-    best = max(f.score for f in whole if f is not None)
+    complete = [fitted(bare, s.as_large_as_scored()) for s in first.scores[:6]]
+    best = max(f.score for f in complete if f is not None)
     assert max(f.score for f in done) == pytest.approx(best, abs=0.5)
 
 
 @dataclass(frozen=True)
 class Place:
-    """Stands for what scatters over the places of an effect."""
+    """Stand-in for the variance inflation over the places of an effect."""
 
     inflation: float
 
@@ -141,7 +141,7 @@ HERE, ANYWHERE = (Found(),), (Found(Place(10.0)),)
 
 @dataclass(frozen=True)
 class Stand:
-    """Stands for a fit. hidden: whether a noise model holds it where it began."""
+    """Stand-in for a fit. hidden: whether a noise model keeps it at its start."""
 
     score: float
     hidden: bool = False
@@ -158,14 +158,14 @@ def stands(monkeypatch):
 
 
 def test_fits_near_to_the_best_or_held_by_noise_are_refined_and_others_left(stands) -> None:
-    tried = [Stand(130.0), None, Stand(120.9), Stand(121.1), Stand(105.0, hidden=True)]
-    done = near_ones_refined(Stand(100.0, candidates=()), tried)
+    rough = [Stand(130.0), None, Stand(120.9), Stand(121.1), Stand(105.0, hidden=True)]
+    done = near_ones_refined(Stand(100.0, candidates=()), rough)
     assert [f.score for f in done] == [131.0, 120.9, 122.1, 106.0]
 
 
 def test_what_is_found_as_well_anywhere_leads_only_as_far_as_it_counts(stands) -> None:
-    tried = [Stand(170.0, candidates=ANYWHERE), Stand(115.0), Stand(109.0)]
-    done = near_ones_refined(Stand(100.0, candidates=()), tried)
+    rough = [Stand(170.0, candidates=ANYWHERE), Stand(115.0), Stand(109.0)]
+    done = near_ones_refined(Stand(100.0, candidates=()), rough)
     assert [f.score for f in done] == [170.0, 116.0, 109.0]
 
 

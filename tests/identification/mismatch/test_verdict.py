@@ -1,4 +1,4 @@
-"""verdict.json keeps to its published schema, whatever is found."""
+"""verdict.json conforms to its published schema for every result."""
 
 import json
 from dataclasses import replace
@@ -63,7 +63,7 @@ DELAY = Improvement(
         ),
     ),
 )
-"""A true delay of 2 ms: all that the simulation error falls is calibration."""
+"""A true delay of 2 ms: the full reduction of the simulation error is calibration."""
 FALLS = Improvement(
     2000.0,
     (1500.0, 2500.0),
@@ -151,9 +151,9 @@ def test_an_error_that_rises_is_said_to_rise():
 
 def test_the_regressor_and_what_intervals_hold_for_are_always_said():
     along = replace(SLACK, regressor="twist")
-    told = lines(replace(VERDICTS["named"], effects=(along,)))
-    assert "  backlash acts along the twist" in told
-    assert f"  {INTERVALS}" in told
+    text_lines = lines(replace(VERDICTS["named"], effects=(along,)))
+    assert "  backlash acts along the twist" in text_lines
+    assert f"  {INTERVALS}" in text_lines
     assert json.loads(as_json(VERDICTS["named"]))["intervals"] == INTERVALS
 
 
@@ -194,13 +194,13 @@ def test_a_failure_is_named_first():
 
 
 def test_what_was_left_out_of_several_recordings_is_said_once():
-    told = Verdict(
+    result = Verdict(
         False,
         1.0,
         left_out=("a: no lean_angle: nobody sends it", "b: no lean_angle: nobody sends it", "b: x"),
     )
-    assert list(left_out(told)) == ["no lean_angle: nobody sends it (a, b)", "x (b)"]
-    assert sum("left out" in line for line in lines(told)) == 2
+    assert list(left_out(result)) == ["no lean_angle: nobody sends it (a, b)", "x (b)"]
+    assert sum("left out" in line for line in lines(result)) == 2
 
 
 def test_places_are_made_before_the_work_and_refused_before_it(tmp_path):

@@ -1,4 +1,4 @@
-"""What is computed for many curves and effects at once is what the definition gives one by one."""
+"""Batch computations for many curves and effects equal the definition one by one."""
 
 from dataclasses import replace
 from functools import cache
@@ -40,7 +40,7 @@ RIDES = (
 )
 NEAR = 1e-8
 WELL_CONDITIONED = 30.0
-"""Condition of the noise: beyond it the ridge of the noise model (1e-4) outweighs its smallest part."""
+"""Condition number of the noise above which the ridge (1e-4) exceeds its smallest part."""
 """Relative: sums in another order, of which large parts cancel."""
 
 
@@ -54,13 +54,13 @@ def linear() -> Linearization:
 @given(st.integers(0, 2**32 - 1), st.integers(1, 2 * SHORT), st.integers(0, 30))
 def test_courses_through_a_filter_are_their_convolution(seed, memory, lost):
     rng = np.random.default_rng(seed)
-    pushes, answer = rng.standard_normal((90, 3)), rng.standard_normal((memory, 2))
-    found = Waveforms([pushes]).through(0, answer, lost)
+    inputs, response = rng.standard_normal((90, 3)), rng.standard_normal((memory, 2))
+    found = Waveforms([inputs]).through(0, response, lost)
     assert found.shape == (90 - lost, 2, 3)
     for output in range(2):
-        for course in range(3):
-            whole = np.convolve(pushes[:, course], answer[:, output])[lost:90]
-            assert np.allclose(found[:, output, course], whole, rtol=0.0, atol=1e-11)
+        for column in range(3):
+            full = np.convolve(inputs[:, column], response[:, output])[lost:90]
+            assert np.allclose(found[:, output, column], full, rtol=0.0, atol=1e-11)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3), st.integers(0, 5), st.integers(0, 4))
@@ -71,8 +71,8 @@ def test_a_whitened_row_is_the_innovation_of_the_noise_model(seed, outputs, orde
     found = white.innovations(series)
     assert found.shape == (20 - order, *series.shape[1:])
     for t in range(order, 20):
-        told = sum(white.lags[k] @ series[t - 1 - k] for k in range(order))
-        now = white.inverse @ (series[t] - told)
+        linearized = sum(white.lags[k] @ series[t - 1 - k] for k in range(order))
+        now = white.inverse @ (series[t] - linearized)
         assert np.allclose(found[t - order], now, atol=1e-9 * np.abs(white.inverse).max())
 
 
@@ -92,7 +92,7 @@ def test_whitening_undoes_the_covariance_of_a_series_from_its_first_row_on(root,
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3), st.integers(1, 6))
 def test_the_noise_model_knows_how_first_rows_hang_together(seed, outputs, order):
-    """First rows of fresh recordings whiten to unit variance, but for the doubt."""
+    """First rows of new recordings whiten to unit variance, up to the factor DOUBTED."""
     rng = np.random.default_rng(seed)
     mixed = rng.standard_normal((outputs, outputs))
     assume(np.linalg.cond(mixed) < WELL_CONDITIONED)
@@ -115,8 +115,8 @@ def test_shares_of_knots_in_bins_are_the_means_of_the_broken_lines(seed, count, 
     z[rng.random(70) < 0.1] = knots[rng.integers(count)]
     found = between_knots(grid, z, knots, by if scaled else None)
     for knot, line in enumerate(np.eye(count)):
-        course = np.interp(z, knots, line) * (by if scaled else 1.0)
-        assert np.allclose(found[:, knot], grid.binned(course), atol=1e-12)
+        column = np.interp(z, knots, line) * (by if scaled else 1.0)
+        assert np.allclose(found[:, knot], grid.binned(column), atol=1e-12)
 
 
 def test_whitened_answers_are_the_answers_whitened():
@@ -127,69 +127,78 @@ def test_whitened_answers_are_the_answers_whitened():
     for drive in fit.model.partition.subsystems:
         tents[drive] = [rng.standard_normal((r.grid.bins, 5)) for r in fit.model.records]
     for place in (*places(fit), *sensors_as_places(fit)):
-        pushes = tents[place.subsystem]
+        inputs = tents[place.subsystem]
         one = whiten_and_stack(
-            fit.model, fit.noise, responses_to(impulse_responses(fit, place), pushes)
+            fit.model, fit.noise, responses_to(impulse_responses(fit, place), inputs)
         )
-        many = whitened.columns(place, Waveforms(pushes))
+        many = whitened.columns(place, Waveforms(inputs))
         assert np.abs(one).max() > 0.0, place
         assert np.abs(many - one).max() <= NEAR * np.abs(one).max(), place
 
 
 def test_a_curve_fitted_among_many_is_the_curve_fitted_alone():
-    told, whitened = linear(), Whitened(linear().fit)
-    fit, predicted_held_out = told.fit, 0
-    for tries in scan_curves(told, Whitened(fit)):
-        place = tries[0].place
+    linearized, whitened = linear(), Whitened(linear().fit)
+    fit, predicted_held_out = linearized.fit, 0
+    for tested in scan_curves(linearized, Whitened(fit)):
+        place = tested[0].place
         reply = impulse_responses(fit, place)
-        for found in tries[::10]:
+        for found in tested[::10]:
             tents = whitened.along(place.subsystem, {found.regressor: found.knots}).pushes
             z = np.concatenate(
                 [s[found.regressor] for _, s in whitened.seen_by(place.subsystem)], axis=-1
             )
             units = 1.0 / half_range(found.regressor, z, found.knots)
-            courses = [place.size * h * units for h in tents]
-            columns = whiten_and_stack(fit.model, fit.noise, responses_to(reply, courses))
-            off = told.nuisances.project_out(columns)
-            normal = off.T @ off + RIDGE * np.eye(found.knots.size)
-            values = np.linalg.solve(normal, off.T @ told.residuals)
-            gain = 0.5 * float(values @ off.T @ told.residuals)
+            waveforms = [place.size * h * units for h in tents]
+            columns = whiten_and_stack(fit.model, fit.noise, responses_to(reply, waveforms))
+            projected = linearized.nuisances.project_out(columns)
+            normal = projected.T @ projected + RIDGE * np.eye(found.knots.size)
+            values = np.linalg.solve(normal, projected.T @ linearized.residuals)
+            gain = 0.5 * float(values @ projected.T @ linearized.residuals)
             assert found.log_likelihood_gain == pytest.approx(gain, rel=1e-6, abs=1e-6), (
                 found.regressor
             )
-            assert np.allclose(off @ (found.values / units), off @ values, atol=1e-5)
+            assert np.allclose(projected @ (found.values / units), projected @ values, atol=1e-5)
             predicted_held_out += found.cross_predicted is not None
     assert predicted_held_out > 0
 
 
 def test_an_effect_scored_among_many_is_the_effect_scored_alone():
-    told = linear()
-    tried = [c for kind in (Backlash, DrivelineLoss, WetPatch) for c in candidates(kind, {})]
+    linearized = linear()
+    evaluated = [c for kind in (Backlash, DrivelineLoss, WetPatch) for c in candidates(kind, {})]
     hinted = 0
-    for c, found in zip(tried, scores(told, tried), strict=True):
-        signature = told.effect_response(c)
-        off = told.nuisances.project_out(signature)
-        energy, push = float(off @ off), float(off @ told.residuals)
+    for c, found in zip(evaluated, scores(linearized, evaluated), strict=True):
+        signature = linearized.effect_response(c)
+        projected = linearized.nuisances.project_out(signature)
+        energy, correlation = float(projected @ projected), float(projected @ linearized.residuals)
         if energy < 1e-6:
             assert found.visible_gain == 0.0, c.name
             continue
         assert found.visible_gain == pytest.approx(0.5 * energy, rel=1e-6), c.name
-        assert found.amplitude == pytest.approx(push / energy, rel=1e-6), c.name
+        assert found.amplitude == pytest.approx(correlation / energy, rel=1e-6), c.name
         assert found.kept == pytest.approx(energy / float(signature @ signature), rel=1e-6)
         if found.log_likelihood_gain > HINT:
             least = c.negligible_size / abs(c.size)
-            p = amplitude_p(off, told.residuals, told.clusters, told.fit.variance_inflation, least)
+            p = amplitude_p(
+                projected,
+                linearized.residuals,
+                linearized.clusters,
+                linearized.fit.variance_inflation,
+                least,
+            )
             assert found.p == pytest.approx(p, rel=1e-6)
             hinted += 1
     assert hinted > 0
 
 
 def test_signatures_along_the_road_that_are_kept_tell_what_new_ones_tell():
-    tried = list(candidates(WetPatch, {}))[:4]
+    evaluated = list(candidates(WetPatch, {}))[:4]
     kept = {}
-    scores(linear(), tried, kept)
-    assert kept.keys() == set(tried)
-    anew, again = placebo_locations(linear(), tried), placebo_locations(linear(), tried, kept)
+    scores(linear(), evaluated, kept)
+    assert kept.keys() == set(evaluated)
+    anew, again = (
+        placebo_locations(linear(), evaluated),
+        placebo_locations(linear(), evaluated, kept),
+    )
     for one, other in zip(anew, again, strict=True):
         assert one.at == other.at
         assert np.allclose(one.energy, other.energy, rtol=1e-9)
@@ -200,12 +209,12 @@ def test_signatures_along_the_road_that_are_kept_tell_what_new_ones_tell():
 @pytest.mark.parametrize("seed", range(3))
 def test_a_push_on_some_rows_is_that_of_columns_which_are_zero_elsewhere(seed):
     print(f"seed {seed}")
-    told, rng = linear(), np.random.default_rng(seed)
-    columns = rng.standard_normal((len(told.fit.whitened_residuals), 3))
+    linearized, rng = linear(), np.random.default_rng(seed)
+    columns = rng.standard_normal((len(linearized.fit.whitened_residuals), 3))
     rows = rng.random(len(columns)) < 0.3
-    for some, whole in zip(
-        told.energy_and_correlation(columns, rows),
-        told.energy_and_correlation(columns * rows[:, None]),
+    for some, full in zip(
+        linearized.energy_and_correlation(columns, rows),
+        linearized.energy_and_correlation(columns * rows[:, None]),
         strict=True,
     ):
-        assert np.allclose(some, whole, rtol=1e-9)
+        assert np.allclose(some, full, rtol=1e-9)

@@ -1,4 +1,4 @@
-"""A curve's shape in words does not depend on its size, and tells its numbers with their units."""
+"""The description of a curve's shape is independent of its size and states units."""
 
 import numpy as np
 import pytest
@@ -33,8 +33,10 @@ def test_a_shape_is_the_same_at_any_size(said, size):
 def test_a_bump_is_told_off_its_straight_line_with_the_unit_of_its_place(slope):
     z = np.linspace(100.0, 200.0, 11)
     bump = 30.0 * np.exp(-(((z - 140.0) / 10.0) ** 2))
-    told = shape_in_words(curve(bump + 0.1 * slope * (z - 100.0), z, "engine speed"), "rad/s")
-    assert told == "a local bump or dip about 140 rad/s"
+    description = shape_in_words(
+        curve(bump + 0.1 * slope * (z - 100.0), z, "engine speed"), "rad/s"
+    )
+    assert description == "a local bump or dip about 140 rad/s"
 
 
 @pytest.mark.parametrize("knots", [Z, Z + 2.0, Z - 0.3])
@@ -72,6 +74,6 @@ def test_every_kind_of_curve_has_words(kind, drawn, first):
 def test_a_hysteresis_tells_the_way_that_a_turn_takes():
     widths = np.array((0.0, 0.01, 0.05, 0.2))
     values = np.array((1.0, 0.1, 300.0, 0.1))
-    told = shape_in_words(curve(values, widths, "hysteresis of twist"), "rad")
-    assert told.endswith("width after a reversal 0.1 rad")
+    description = shape_in_words(curve(values, widths, "hysteresis of twist"), "rad")
+    assert description.endswith("width after a reversal 0.1 rad")
     assert shape_in_words(curve(values, widths, "hysteresis of slip"), "1").endswith("0.1")

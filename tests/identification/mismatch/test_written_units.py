@@ -1,4 +1,4 @@
-"""Results are read in the units of the file, and the improved file stays the user's own."""
+"""Results are reported in the file's units, and the improved file keeps the user's text."""
 
 import tomllib
 from dataclasses import replace
@@ -55,7 +55,7 @@ def test_results_are_printed_in_the_units_of_the_file(pendulum):
     )
     error = Error("place", "rad", *np.radians((3.0, 2.0, 1.0, 0.5)), "innovations", (0.2, 0.4))
     fell = Change(np.radians(2.0), np.radians(1.0), (0.4, 0.6))
-    told = Verdict(
+    result = Verdict(
         True,
         0.01,
         effects=(zone,),
@@ -66,13 +66,13 @@ def test_results_are_printed_in_the_units_of_the_file(pendulum):
         headline="place",
         written=pendulum.written,
     )
-    assert "width 4.0 +- 1.0 deg" in sentence(told)
-    assert "from 2 to 1 deg" in sentence(told)
-    text = "\n".join(lines(told))
+    assert "width 4.0 +- 1.0 deg" in sentence(result)
+    assert "from 2 to 1 deg" in sentence(result)
+    text = "\n".join(lines(result))
     assert "dead_zone.width = 4 [3, 5] deg" in text
     assert "dead_zone.cube = 0.5 [0, 1] 1/deg^2" in text
-    assert as_tree(told)["effects"][0]["parameters"][0]["unit"] == "rad"
-    assert as_tree(told)["held_out"][0]["nominal"] == error.nominal
+    assert as_tree(result)["effects"][0]["parameters"][0]["unit"] == "rad"
+    assert as_tree(result)["held_out"][0]["nominal"] == error.nominal
 
 
 def test_a_curve_is_the_same_in_the_units_of_the_file(pendulum):

@@ -1,4 +1,4 @@
-"""A function that cannot be used is refused in a sentence; one that fails on the way ends nothing."""
+"""An unusable function is rejected with a message; a failing call does not stop the analysis."""
 
 import os
 import signal
@@ -32,12 +32,12 @@ def recording():
     return swung(5, seconds=2.0)
 
 
-def told(change):
-    """The spring with its answer changed."""
-    return lambda *asked: change(springs.spring(*asked))
+def changed(change):
+    """Return the spring function with its response changed."""
+    return lambda *arguments: change(springs.spring(*arguments))
 
 
-def raises(*asked):
+def raises(*arguments):
     raise ZeroDivisionError("no damping")
 
 
@@ -45,22 +45,22 @@ def raises(*asked):
     ("simulate", "sentence"),
     [
         (raises, "it raised ZeroDivisionError: no damping at gain = 100"),
-        (told(lambda out: out["place"]), "returned ndarray, not a mapping"),
+        (changed(lambda out: out["place"]), "returned ndarray, not a mapping"),
         (
-            told(lambda out: {"position": out["place"]}),
+            changed(lambda out: {"position": out["place"]}),
             "did not return place; it returned position",
         ),
-        (told(lambda out: {}), "it returned nothing"),
-        (told(lambda out: {"place": out["place"][:-1]}), r"shape \(199,\); expected \(200,\)"),
-        (told(lambda out: {"place": out["place"][:, None]}), r"shape \(200, 1\)"),
-        (told(lambda out: {"place": 0.0}), r"shape \(\)"),
-        (told(lambda out: {"place": out["place"] * np.nan}), "nan at sample 0 of 200"),
+        (changed(lambda out: {}), "it returned nothing"),
+        (changed(lambda out: {"place": out["place"][:-1]}), r"shape \(199,\); expected \(200,\)"),
+        (changed(lambda out: {"place": out["place"][:, None]}), r"shape \(200, 1\)"),
+        (changed(lambda out: {"place": 0.0}), r"shape \(\)"),
+        (changed(lambda out: {"place": out["place"] * np.nan}), "nan at sample 0 of 200"),
         (
-            told(lambda out: {"place": out["place"] * 1e9}),
+            changed(lambda out: {"place": out["place"] * 1e9}),
             "grows without bound(.|\\n)*place within",
         ),
-        (told(lambda out: {"place": ["a"] * 200}), "no array of real numbers"),
-        (told(lambda out: {"place": out["place"] + 0j}), "no array of real numbers"),
+        (changed(lambda out: {"place": ["a"] * 200}), "no array of real numbers"),
+        (changed(lambda out: {"place": out["place"] + 0j}), "no array of real numbers"),
     ],
 )
 def test_what_a_function_does_wrong_is_said_before_any_analysis(recording, simulate, sentence):
@@ -70,7 +70,7 @@ def test_what_a_function_does_wrong_is_said_before_any_analysis(recording, simul
 
 def test_a_function_that_gives_other_results_each_time_is_refused(recording):
     noise = np.random.default_rng(1)
-    random = told(lambda out: {"place": out["place"] + 1e-6 * noise.standard_normal(200)})
+    random = changed(lambda out: {"place": out["place"] + 1e-6 * noise.standard_normal(200)})
     with pytest.raises(InputError, match="two runs with the same parameters"):
         springs.system([recording], random).prepare(recording)
 
@@ -201,7 +201,7 @@ def test_a_crash_and_a_hang_are_said_and_the_next_call_is_served(recording):
             time.sleep(60.0)
         return springs.spring(parameters, inputs, times)
 
-    call = asked(recording)
+    call = nominal_call(recording)
     caller = IsolatedCaller(in_process(treacherous), 1.0)
     expected = in_process(springs.spring)(call)["place"]
     for gain, sentence in ((120.0, "SIGKILL"), (80.0, "did not return within 1 s")):
@@ -213,17 +213,17 @@ def test_a_crash_and_a_hang_are_said_and_the_next_call_is_served(recording):
 
 @isolated
 def test_a_function_that_always_crashes_is_given_up(recording):
-    caller = IsolatedCaller(in_process(lambda *asked: os._exit(3)), 20.0)
+    caller = IsolatedCaller(in_process(lambda *arguments: os._exit(3)), 20.0)
     sentences = []
     for _ in range(MOST_LOST + 1):
         with pytest.raises(CallFailedError) as fault:
-            caller(asked(recording))
+            caller(nominal_call(recording))
         sentences.append((str(fault.value), fault.value.lost))
     assert sentences[0] == ("its process ended: exit status 3", False)
     assert sentences[-1] == (f"it hung or crashed {MOST_LOST} times: given up", True)
 
 
-def asked(recording):
+def nominal_call(recording):
     """A call of the nominal spring."""
     calls = []
 

@@ -1,4 +1,4 @@
-"""The exported motorcycle is explained as any other FMU: what it lacks is named, with its size."""
+"""The exported motorcycle is an ordinary FMU: missing effects are named with magnitude."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""An FMU and the file beside it: what it simulates, what is found in it, what is written."""
+"""An FMU and its model file: simulation, identified effects, written file."""
 
 import gc
 import zipfile
@@ -77,7 +77,7 @@ def test_model_exchange_gives_what_co_simulation_gives(fmu, tmp_path):
 
 
 def test_the_start_of_a_state_may_be_a_parameter(fmu, tmp_path):
-    """Both interfaces start there: a spring that is let go swings with its frequency and damping."""
+    """Both interfaces start there: a released spring oscillates with its frequency and damping."""
     recording = swung(5, seconds=2.0, force=np.zeros(200), start=0.5)
     found = []
     for interface in ("co_simulation", "model_exchange"):
@@ -89,9 +89,9 @@ def test_the_start_of_a_state_may_be_a_parameter(fmu, tmp_path):
         found.append(shown(read_system(path), recording))
     time = 0.01 * np.arange(1, 200)
     damped = 10.0 * np.sqrt(1.0 - 0.1**2)
-    swing = np.cos(damped * time) + 0.1 * 10.0 / damped * np.sin(damped * time)
+    oscillation = np.cos(damped * time) + 0.1 * 10.0 / damped * np.sin(damped * time)
     for one in found:
-        assert np.allclose(one, 0.5 * np.exp(-time) * swing, atol=1e-5)
+        assert np.allclose(one, 0.5 * np.exp(-time) * oscillation, atol=1e-5)
 
 
 def test_an_input_that_the_file_does_not_bind_keeps_its_start(fmu, tmp_path):
@@ -167,7 +167,7 @@ def test_smaller_communication_steps_give_the_same(fmu, tmp_path):
 
 
 def test_a_linear_input_is_not_half_a_step_late(fmu, tmp_path):
-    """Ten times longer steps of communication change what a line does by its curvature alone."""
+    """For a linear input, steps of 10 ms and 1 ms differ only by the curvature of the input."""
     recording = swung(5, seconds=2.0, force=np.sin(0.1 * np.arange(200)))
     steps = ("10 ms", "1 ms")
     found = []
@@ -190,7 +190,7 @@ def test_what_an_fmu_lacks_is_named_with_its_size(folder):
 
 
 def test_nothing_is_found_where_an_fmu_lacks_nothing(folder):
-    """What model files lack here, a cubic spring, this FMU has."""
+    """This FMU has a cubic spring, which the model file lacks."""
     fmu = with_file(build(folder, 2, "complete", "CUBE=0.15"))
     training, held_out = [swung(1, cubic(0.15))], [swung(2, cubic(0.15))]
     found = explained(read_system(fmu), training, held_out, ["dead_zone", "lag", "cubic"])
@@ -306,7 +306,7 @@ def test_an_fmu_that_fails_from_the_start_is_refused(folder, fault, sentence):
 
 
 def test_an_fmu_that_fails_on_the_way_is_still_explained(folder):
-    """Its nominal gain of 104.9 is next to where it gives no numbers; the truth is 97."""
+    """Its nominal gain of 104.9 is close to the region where it fails; the true gain is 97."""
     fmu = build(folder, 2, "edge", "FAULT=4")
     text = BESIDE.replace("value = 100,", "value = 104.9,")
     training, held_out = [swung(1, felt=dead)], [swung(2, felt=dead)]

@@ -1,4 +1,4 @@
-"""Arrays, whole numbers and switches of an FMU, and what of it is refused."""
+"""Arrays, integers and Booleans of an FMU, and variables that are rejected."""
 
 import zipfile
 
@@ -53,8 +53,8 @@ def simulated(path, **inputs):
     """Outputs of the nominal parameters, (rows + 1,) by name."""
     opened = open_fmu(path)
     parameters = {name: one.start for name, one in opened.parameters.items()}
-    told = {name: np.append(values, values[-1]) for name, values in inputs.items()}
-    return FmuRunner(opened.plan)(Call(parameters, told, TIMES, tuple(opened.model.outputs)))
+    extended = {name: np.append(values, values[-1]) for name, values in inputs.items()}
+    return FmuRunner(opened.plan)(Call(parameters, extended, TIMES, tuple(opened.model.outputs)))
 
 
 def both(first, second=1.0):
@@ -64,7 +64,7 @@ def both(first, second=1.0):
 
 @BOTH
 def test_elements_of_a_matrix_and_a_vector_are_those_of_the_equations(fmu, tmp_path, interface):
-    """K[1,2] couples the second level into the first; u[2], which is not bound, keeps its start, 1."""
+    """K[1,2] couples the second level into the first; the unbound u[2] keeps its start value, 1."""
     first = np.sin(0.3 * np.arange(ROWS))
     found = simulated(beside(tmp_path, fmu, interface=interface), first=first)
     expected = solution(COUPLED, both(first))
@@ -110,7 +110,7 @@ def test_an_event_between_two_steps_is_at_its_time(fmu, tmp_path, interface):
 
 
 def test_the_last_step_is_not_beyond_the_stop_time_by_rounding(fmu, tmp_path):
-    """29.95 s and 0.05 s are 30.000000000000004 s in floats, and this FMU refuses them."""
+    """29.95 s and 0.05 s are 30.000000000000004 s in floats, and this FMU rejects them."""
     times = PERIOD * np.arange(601)
     assert times[-1] < PERIOD * 599 + PERIOD
     opened = open_fmu(beside(tmp_path, fmu, BESIDE.replace('"5 ms"', '"50 ms"')))

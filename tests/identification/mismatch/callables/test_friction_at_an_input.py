@@ -42,7 +42,7 @@ def system(recording, ports=PORTS):
 
 
 def test_friction_outside_of_a_function_is_friction_inside():
-    """Taken along the noisy recorded speed at first, then along the simulated one."""
+    """The regressor is the noisy recorded speed at first, then the simulated speed."""
     recording = turned(1, noise=0.01)
     there = system(recording)
     record = there.prepare(recording)

@@ -146,7 +146,7 @@ def test_arrays_in_memory_are_a_recording_in_si():
 
 
 def test_a_function_may_have_no_inputs():
-    """A spring that is let go: its numbers are calibrated down to the noise, nothing is missing."""
+    """A released spring: calibration reduces the residual to the noise; no effect is missing."""
     rides = [swung(seed, seconds=8.0, force=np.zeros(800), start=0.5) for seed in (1, 2)]
     found = slipbench.explain(let_go, RELEASED, rides[:1], rides[1:], inputs=[], outputs=["place"])
     assert not found.mismatch, reported(found)
@@ -168,15 +168,17 @@ def test_without_inputs_the_operating_quantity_is_there_though_it_was_not_record
     ports = Ports((), (role, "place"))
     system = springs.system([both, less], simulate, RELEASED, ports)
     record = system.prepare(less)
-    seen = system.regressors(record, CHAIN, "system", np.zeros(record.slow.shape[1]), {})
+    regressors_there = system.regressors(
+        record, CHAIN, "system", np.zeros(record.slow.shape[1]), {}
+    )
     assert system.operating not in map(str, record.sensors)
-    assert np.allclose(seen[system.operating], 2.0 * seen["place"])
-    assert system.direction in seen
+    assert np.allclose(regressors_there[system.operating], 2.0 * regressors_there["place"])
+    assert system.direction in regressors_there
 
 
 def let_go(parameters, inputs, times):
     assert not inputs
     frequency, damping = parameters["frequency"], parameters["damping"]
     turned = frequency * np.sqrt(1.0 - damping**2)
-    swing = np.cos(turned * times) + damping * frequency / turned * np.sin(turned * times)
-    return {"place": parameters["start"] * np.exp(-damping * frequency * times) * swing}
+    oscillation = np.cos(turned * times) + damping * frequency / turned * np.sin(turned * times)
+    return {"place": parameters["start"] * np.exp(-damping * frequency * times) * oscillation}

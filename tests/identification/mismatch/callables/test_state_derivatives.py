@@ -78,7 +78,7 @@ def test_an_effect_at_a_derivative_is_that_of_the_kernel(fmu, model, name):
 
 @pytest.mark.parametrize("name", ["viscous_friction", "quadratic_drag", "presliding"])
 def test_friction_along_the_speed_is_that_at_a_seam(fmu, model, name):
-    """A seam that adds to the same derivative, along the same speed."""
+    """A seam that adds to the same derivative, with the same speed as regressor."""
     recording = swung(5, seconds=3.0)
     one = kind(fmu, name, "velocity_rate", 0.1)
     other = replace(

@@ -20,11 +20,11 @@ LIMIT = 60.0  # s
 TIMES = np.arange(3) * 0.01
 
 
-def asked(gain: float) -> Call:
+def call_of(gain: float) -> Call:
     return Call({"gain": gain}, {}, TIMES, ("process", "gain"))
 
 
-def answer(call: Call) -> dict[str, np.ndarray]:
+def result_of(call: Call) -> dict[str, np.ndarray]:
     """The process that serves it, and its parameter."""
     return {
         "process": np.full(TIMES.size, float(os.getpid())),
@@ -40,55 +40,55 @@ def test_calls_of_several_threads_run_at_once_each_with_its_own_result(tmp_path:
         (tmp_path / f"{call.parameters['gain']}").touch()
         while len(list(tmp_path.iterdir())) < together:
             time.sleep(0.01)
-        return answer(call)
+        return result_of(call)
 
     caller = IsolatedCaller(meet, LIMIT, together)
     with ThreadPoolExecutor(together) as pool:
-        found = list(pool.map(lambda k: caller(asked(float(k))), range(together)))
+        found = list(pool.map(lambda k: caller(call_of(float(k))), range(together)))
     caller.close()
     assert len({one["process"][0] for one in found}) == together
     assert [one["gain"][0] for one in found] == [0.0, 1.0, 2.0]
 
 
 def test_more_threads_than_processes_are_served_one_after_another() -> None:
-    caller = IsolatedCaller(answer, LIMIT, 2)
+    caller = IsolatedCaller(result_of, LIMIT, 2)
     with ThreadPoolExecutor(6) as pool:
-        found = list(pool.map(lambda k: caller(asked(float(k))), range(30)))
+        found = list(pool.map(lambda k: caller(call_of(float(k))), range(30)))
     caller.close()
     assert len({one["process"][0] for one in found}) <= 2
     assert [one["gain"][0] for one in found] == [float(k) for k in range(30)]
 
 
 def test_after_it_was_closed_it_starts_again() -> None:
-    caller = IsolatedCaller(answer, LIMIT, 1)
-    first = caller(asked(1.0))["process"][0]
+    caller = IsolatedCaller(result_of, LIMIT, 1)
+    first = caller(call_of(1.0))["process"][0]
     caller.close()
-    assert caller(asked(1.0))["process"][0] != first
+    assert caller(call_of(1.0))["process"][0] != first
     caller.close()
 
 
 def test_a_process_that_is_idle_does_not_outlive_an_analysis_that_is_killed(tmp_path: Path) -> None:
-    """Not even while another one hangs, which was started later and must not hold its connection."""
-    told, stuck = tmp_path / "processes", tmp_path / "stuck"
+    """Also while a worker that was started later hangs; it must not hold the connection."""
+    pid_file, stuck = tmp_path / "processes", tmp_path / "stuck"
 
     def hang(call: Call) -> dict[str, np.ndarray]:
         stuck.write_text(str(os.getpid()))
         time.sleep(2.0 * LIMIT)
-        return answer(call)
+        return result_of(call)
 
     def analysis() -> None:
         caller = IsolatedCaller(hang, LIMIT, 2)
-        Thread(target=caller, args=[asked(1.0)]).start()
+        Thread(target=caller, args=[call_of(1.0)]).start()
         while not stuck.exists() or not stuck.read_text():
             time.sleep(0.01)
-        told.write_text(" ".join(str(w.process.pid) for w in caller._alive))
+        pid_file.write_text(" ".join(str(w.process.pid) for w in caller._alive))
         os.kill(os.getpid(), signal.SIGKILL)
 
     parent = multiprocessing.get_context("fork").Process(target=analysis)
     parent.start()
-    wait_until(lambda: parent.exitcode is not None)  # join waits for the one that hangs, too
+    wait_until(lambda: parent.exitcode is not None)  # join also waits for the worker that hangs
     hanging = int(stuck.read_text())
-    (idle,) = {int(word) for word in told.read_text().split()} - {hanging}
+    (idle,) = {int(word) for word in pid_file.read_text().split()} - {hanging}
     try:
         wait_until(lambda: not runs(idle))
         assert not runs(idle)

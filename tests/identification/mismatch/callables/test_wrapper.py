@@ -85,7 +85,7 @@ def headers():
 
 
 def opened(fmu, text=BESIDE, name="beside"):
-    """What the file beside says; its gain is calibrated to another value than the FMU has."""
+    """Text of the model file; its calibrated gain differs from the gain of the FMU."""
     path = fmu.with_name(f"{name}.toml")
     text = text.replace("value = 100,", "value = 90,")
     path.write_text(f'fmu = "{fmu.name}"\n{text}', encoding="utf-8")
@@ -103,7 +103,7 @@ def wrapped(sides, path):
 
 
 def at_every_place(one, wanted):
-    """The file with one effect of typical size, for each of the wanted places."""
+    """The file with one effect of typical size, for each of the requested places."""
     for kind in library(Read(one.model)):
         if kind.place.name in wanted.get(kind.name, ()):
             numbers = zip(kind.parameters(), kind().values(), strict=True)
@@ -120,13 +120,13 @@ def at_every_place(one, wanted):
 )
 def test_a_wrapper_simulates_what_explain_simulates(folder, tmp_path, version, text, wanted):
     """Effects with states, memories and delays, at inputs, derivatives and outputs."""
-    fmu, seen = build(folder, version, f"every{version}"), set()
+    fmu, wrapped_places = build(folder, version, f"every{version}"), set()
     for number, (entry, one) in enumerate(at_every_place(opened(fmu, text), wanted)):
         path = wrapped(Sides(one), tmp_path / f"{number}.fmu")
         apart = largest_deviation(path, Sides(one))
         assert apart < ROUNDING, f"{entry.name} at {entry.at}: {apart:.3g}"
-        seen.add((entry.name, entry.at))
-    assert seen == {(name, place) for name, places in wanted.items() for place in places}
+        wrapped_places.add((entry.name, entry.at))
+    assert wrapped_places == {(name, place) for name, places in wanted.items() for place in places}
 
 
 def test_an_fmu_without_inputs_has_a_wrapper(fmu, tmp_path):
@@ -221,7 +221,7 @@ def dead(fmu, folder):
 
 
 def test_sizes_of_effects_are_parameters(dead, tmp_path):
-    """A dead zone without width is none; one wider than all forces lets nothing move."""
+    """A dead zone without width is none; one wider than all forces transmits no force."""
     width = "effects__dead_zone__force__width"
     plain = Ridden(dead, tmp_path / "plain ä").begin(**{width: 0.0}).ride(FORCES)
     zone = Ridden(dead, tmp_path / "zone").begin().ride(FORCES)
@@ -231,7 +231,7 @@ def test_sizes_of_effects_are_parameters(dead, tmp_path):
 
 
 def test_it_starts_calibrated_and_its_parameters_can_be_set(dead, tmp_path):
-    """A linear spring: the position goes with the gain."""
+    """A linear spring: the position is proportional to the gain."""
     calibrated = Ridden(dead, tmp_path / "one").begin()
     assert calibrated.get("gain") == 90.0
     other = Ridden(dead, tmp_path / "two").begin(gain=45.0)
@@ -265,7 +265,7 @@ def test_what_it_cannot_do_is_refused_in_words(dead, tmp_path):
 
 
 def test_a_wrapper_can_be_wrapped_again(dead, tmp_path):
-    """The zones add up: a force passes one after the other."""
+    """The widths add up: the dead zones act in series."""
     text = BESIDE + DEAD.replace("0.3", "0.2")
     again = tmp_path / "again.fmu"
     again.write_bytes(dead.read_bytes())
@@ -285,7 +285,7 @@ def test_effects_that_are_not_causal_are_left_out_by_name(fmu):
 
 
 def test_along_an_output_the_wrapper_comes_closer_with_smaller_steps(fmu, tmp_path):
-    """It knows the speed at the begin of a step alone, and goes on along its line."""
+    """The FMU receives the speed at the start of a step only and extrapolates it linearly."""
     apart = []
     for step in ("10 ms", "2.5 ms"):
         text = BESIDE.replace('step = "10 ms"', f'step = "{step}"', 1)
@@ -307,7 +307,7 @@ def test_the_fmu_inside_is_the_one_that_was_given(fmu, dead):
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_wrapper_handles_events_where_explain_does(folder, version):
-    """A mass that bounces at a wall, driven by steps of its force: with and without friction inside."""
+    """A mass that bounces at a wall under steps of force, with and without internal friction."""
     wall = build(folder, version, f"bounced{version}", "WALL=-0.02")
     plain = opened(wall, in_model_exchange(), "plain")
     _, rubbed = next(at_every_place(plain, {"viscous_friction": ("velocity_rate",)}))

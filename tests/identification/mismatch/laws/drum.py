@@ -1,9 +1,9 @@
-"""A drum that a drive turns: known truths, an integrator of its own.
+"""A drum turned by a drive: recordings with known truth, independent integrator.
 
-v' = torque + what is hidden along the angle, torque = gain drive - damping v, each over the inertia. The
+v' = torque + hidden torque over angle, torque = gain drive - damping v, each over the inertia. The
 numbers of the nominal model are off by some per cent. Held drive, the midpoint rule at a tenth of the
-sampling period. An encoder shows the angle, or a tachometer the speed: then no channel tells where
-the drum stood when a recording began.
+sampling period. An encoder shows the angle, or a tachometer the speed; then no channel has the
+angle at the start of a recording.
 """
 
 import math
@@ -91,14 +91,14 @@ def orders(*parts: tuple[int, float, float]) -> Hidden:
 
 
 def pulses(size: float, width: float = 0.35) -> Hidden:
-    """A push down, and after it one up, once a turn."""
+    """A negative pulse, followed by a positive pulse, once per turn."""
 
-    def pushed(angle: float) -> float:
+    def pulse_torque(angle: float) -> float:
         way = (angle + math.pi - 1.0) % (2.0 * math.pi) - math.pi
         down, up = (math.exp(-0.5 * ((way + by) / width) ** 2) for by in (0.45, -0.45))
         return size * (up - down)
 
-    return pushed
+    return pulse_torque
 
 
 def turned(
@@ -109,7 +109,7 @@ def turned(
     rng = np.random.default_rng(seed)
     count = round(seconds / PERIOD)
     levels = np.repeat(rng.standard_normal(count // 40 + 1), 40)[:count]
-    told, angle = drive + 0.5 * levels, float(rng.uniform(-3.0, 3.0))
+    command, angle = drive + 0.5 * levels, float(rng.uniform(-3.0, 3.0))
     speed, h, shown = drive * GAIN / DAMPING, PERIOD / FINER, np.empty((2, count))
 
     def rate(angle: float, speed: float, drive: float) -> float:
@@ -118,11 +118,11 @@ def turned(
     for k in range(count):
         shown[:, k] = angle, speed
         for _ in range(FINER):
-            half = speed + 0.5 * h * rate(angle, speed, told[k])
-            gained = rate(angle + 0.5 * h * speed, half, told[k])
+            half = speed + 0.5 * h * rate(angle, speed, command[k])
+            gained = rate(angle + 0.5 * h * speed, half, command[k])
             angle, speed = angle + h * half, speed + h * gained
-    seen = shown[0 if output == "encoder" else 1] + NOISE[output] * rng.standard_normal(count)
+    reading = shown[0 if output == "encoder" else 1] + NOISE[output] * rng.standard_normal(count)
     time = PERIOD * np.arange(count)
-    values = {"drive": told, output: seen}
+    values = {"drive": command, output: reading}
     channels = {r: Channel(r, time, y, ROLES.unit(r), "bus", "made") for r, y in values.items()}
     return Recording(Path(f"drum{seed}"), {}, None, ROLES, channels, {})

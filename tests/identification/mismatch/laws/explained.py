@@ -1,4 +1,4 @@
-"""Verdict of recordings: the only place where the laws meet an engine."""
+"""Verdict of recordings: the only interface between the laws and the analysis engine."""
 
 from collections.abc import Sequence
 
@@ -35,18 +35,21 @@ def effect(verdict: Verdict, name: str) -> FoundEffect:
 
 def holds(verdict: Verdict, name: str, parameter: str, truth: float, slack: float = 0.0) -> bool:
     """Whether the interval of a parameter contains the truth. slack: share of the truth."""
-    told = next(p for p in effect(verdict, name).parameters if p.name == parameter)
-    print(f"{name}.{parameter}: {told.value:.4g} ({told.low:.4g} to {told.high:.4g}), {truth:.4g}")
-    return told.low - slack * abs(truth) <= truth <= told.high + slack * abs(truth)
+    estimate = next(p for p in effect(verdict, name).parameters if p.name == parameter)
+    print(
+        f"{name}.{parameter}: {estimate.value:.4g} "
+        f"({estimate.low:.4g} to {estimate.high:.4g}), {truth:.4g}"
+    )
+    return estimate.low - slack * abs(truth) <= truth <= estimate.high + slack * abs(truth)
 
 
 def large_errors(verdict: Verdict) -> list[str]:
-    """Outputs whose held-out error stays far above its floor with all that was accepted."""
+    """Outputs whose held-out error stays far above its floor with all accepted effects."""
     return [e.output for e in verdict.held_out if e.large]
 
 
 def reported(verdict: Verdict) -> str:
-    """What a verdict says, in a line, for the message of a test that fails."""
+    """Return a verdict in one line, for the message of a failed test."""
     errors = "; ".join(
         f"{e.output} {e.nominal:.3g} {e.calibrated:.3g} {e.improved:.3g} floor {e.floor:.3g}"
         for e in verdict.held_out

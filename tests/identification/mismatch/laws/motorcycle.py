@@ -1,4 +1,4 @@
-"""Short rides of a motorcycle whose truth is known, and changes of what its channels report."""
+"""Short rides of a motorcycle with known truth, and changes of its channels."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,7 +21,7 @@ Change = Callable[[Recording], Recording]
 
 
 def same(recording: Recording) -> Recording:
-    """Return what was recorded."""
+    """Return the recording."""
     return recording
 
 
@@ -46,14 +46,14 @@ def values(role: str, new: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Ch
 
     def change(recording: Recording) -> Recording:
         channel = recording.channels[role]
-        told = replace(channel, value=new(channel.time, channel.value))
-        return replace(recording, channels={**recording.channels, role: told})
+        changed = replace(channel, value=new(channel.time, channel.value))
+        return replace(recording, channels={**recording.channels, role: changed})
 
     return change
 
 
 def late(role: str, by: float) -> Change:
-    """A channel that reports what was so many seconds ago."""
+    """A channel with a constant latency, s."""
     return values(role, lambda t, y: np.interp(t - by, t, y))
 
 
@@ -73,7 +73,7 @@ def lagging(role: str, time_constant: float) -> Change:
 
 
 def rounded(role: str, step: float) -> Change:
-    """A channel that is sent in coarse steps."""
+    """A channel with coarse quantization steps."""
     return values(role, lambda _, y: step * np.round(y / step))
 
 
@@ -108,15 +108,15 @@ def stale(role: str, share: float, seed: int = 1) -> Change:
 
 
 def on_a_clock(role: str, drift: float, named: bool = True) -> Change:
-    """A channel whose own clock runs fast. drift: share; named: as the device's, else as the bus's."""
+    """A channel with a fast clock. drift: share; named: declared as device time, else bus time."""
 
     def change(recording: Recording) -> Recording:
         old = recording.channels[role]
         assert old.arrival is not None
         since = old.time if named else old.time + np.min(old.arrival - old.time)
-        told = replace(old, time=since[0] + (since - since[0]) * (1.0 + drift))
+        changed = replace(old, time=since[0] + (since - since[0]) * (1.0 + drift))
         if not named:
-            told = replace(told, clock="bus", arrival=None)
-        return replace(recording, channels={**recording.channels, role: told})
+            changed = replace(changed, clock="bus", arrival=None)
+        return replace(recording, channels={**recording.channels, role: changed})
 
     return change

@@ -1,6 +1,6 @@
-"""A geared servo turns a pendulum: known truths, an integrator of their own.
+"""A geared servo turns a pendulum: known truth from an independent integrator.
 
-The nominal model knows drive, damping and gravity: v' = torque, torque = gain drive - damping v -
+The nominal model has drive, damping and gravity: v' = torque, torque = gain drive - damping v -
 weight sin(angle), each over the inertia. Its numbers are off by some per cent. Held drive, the
 midpoint rule at a twentieth of the sampling period.
 """
@@ -63,7 +63,7 @@ ROLES = RoleMap(
     roles={r: Source(column=r) for r in ("drive", "load", "encoder")},
 )
 Torque = Callable[[float, float, float, float], float]
-"""Torque that acts, over the inertia, of the nominal one, the speed, the angle and the other load."""
+"""Acting torque over the inertia, from nominal torque, speed, angle and the other load."""
 
 
 def nothing(torque: float, speed: float, angle: float, load: float) -> float:
@@ -101,31 +101,31 @@ def turned(
 ) -> Recording:
     """Record a servo.
 
-    felt: drive that acts, of the recorded one, both with `finer` values a period; sensed: reading of
-    what the sensor shows. finer: steps of the integrator in a period. shows: angle or speed.
+    felt: acting drive from the recorded drive, both with `finer` values a period; sensed: sensor
+    reading. finer: steps of the integrator in a period. shows: angle or speed.
     """
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
-    told = drives(seed, seconds, size)
-    time = PERIOD * np.arange(told.size)
+    command = drives(seed, seconds, size)
+    time = PERIOD * np.arange(command.size)
     load = (
         np.sin(2 * np.pi * 0.23 * time)
-        + 0.3 * np.repeat(rng.standard_normal(told.size // 25 + 1), 25)[: told.size]
+        + 0.3 * np.repeat(rng.standard_normal(command.size // 25 + 1), 25)[: command.size]
     )
 
     def rate(angle: float, speed: float, drive: float, load: float) -> float:
         nominal = GAIN * (drive - emf * speed) - DAMPING * speed - WEIGHT * math.sin(angle)
         return torque(nominal, speed, angle, load)
 
-    angle, speed, shown, h = 0.0, 0.0, np.empty(told.size), PERIOD / finer
-    acting = felt(np.repeat(told, finer)).reshape(-1, finer)
-    for k in range(told.size):
+    angle, speed, shown, h = 0.0, 0.0, np.empty(command.size), PERIOD / finer
+    acting = felt(np.repeat(command, finer)).reshape(-1, finer)
+    for k in range(command.size):
         shown[k] = shows(angle, speed)
         for drive in acting[k]:
             half = speed + 0.5 * h * rate(angle, speed, drive, load[k])
             gained = rate(angle + 0.5 * h * speed, half, drive, load[k])
             angle, speed = angle + h * half, speed + h * gained
-    values = {"drive": told, "load": load, "encoder": sensed(shown, load)}
-    values["encoder"] = values["encoder"] + noise * rng.standard_normal(told.size)
+    values = {"drive": command, "load": load, "encoder": sensed(shown, load)}
+    values["encoder"] = values["encoder"] + noise * rng.standard_normal(command.size)
     channels = {r: Channel(r, time, y, ROLES.unit(r), "bus", "made") for r, y in values.items()}
     return Recording(Path(f"servo{seed}"), {}, None, ROLES, channels, {})

@@ -1,4 +1,4 @@
-"""A mass on a spring with a recorded force: known truths, an integrator of their own.
+"""A mass on a spring with a recorded force: known truth from an independent integrator.
 
 The nominal model is linear: x'' = gain force - frequency^2 x - 2 damping frequency x'. Its numbers
 are off by some per cent. Held force, Runge-Kutta of fourth order, a quarter of the sampling period.
@@ -60,7 +60,7 @@ Spring = Callable[[float, float, float], float]
 
 
 def linear(x: float, v: float, t: float) -> float:
-    """Deflection that the spring answers to, m. x: m, v: m/s, t: s."""
+    """Deflection that determines the spring force, m. x: m, v: m/s, t: s."""
     return x
 
 
@@ -95,19 +95,19 @@ def swung(
 ) -> Recording:
     """Record a spring.
 
-    felt: force that acts, of the recorded one; sensed: reading of the positions; start: m.
+    felt: acting force as a function of the recorded force; sensed: sensor reading; start: m.
     """
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
-    told = noise_of_the_force(seed, seconds) if force is None else force
-    acting = felt(told)
-    time = PERIOD * np.arange(told.size)
+    recorded_force = noise_of_the_force(seed, seconds) if force is None else force
+    acting = felt(recorded_force)
+    time = PERIOD * np.arange(recorded_force.size)
     h, stiffness, loss = PERIOD / FINER, FREQUENCY**2, 2 * DAMPING * FREQUENCY
 
     def rate(x: float, v: float, t: float, u: float) -> tuple[float, float]:
         return v, GAIN * u - stiffness * deflection(x, v, t) - loss * v
 
-    x, v, shown = start, 0.0, np.empty(told.size)
+    x, v, shown = start, 0.0, np.empty(recorded_force.size)
     for k, u in enumerate(acting):
         shown[k] = x
         for j in range(FINER):
@@ -118,7 +118,7 @@ def swung(
             p, q = rate(x + h * e, v + h * f, t + h, u)
             x += h * (a + 2 * c + 2 * e + p) / 6
             v += h * (b + 2 * d + 2 * f + q) / 6
-    place = sensed(shown) + noise * rng.standard_normal(told.size)
-    values = {"force": told, "place": place}
+    place = sensed(shown) + noise * rng.standard_normal(recorded_force.size)
+    values = {"force": recorded_force, "place": place}
     channels = {r: Channel(r, time, y, ROLES.unit(r), "bus", "made") for r, y in values.items()}
     return Recording(Path(f"spring{seed}"), {}, None, ROLES, channels, {})

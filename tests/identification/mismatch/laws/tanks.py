@@ -1,4 +1,4 @@
-"""Two tanks that overflow, one into the other: known truths with an integrator of their own."""
+"""Two tanks, one overflowing into the other: known truth from an independent integrator."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def filled(seed: int, count: int = 500, bend: float = 0.0, noise: float = 0.01) 
             over, upper = max(upper - FULL, 0.0), min(upper, FULL)
             lower += h * (INLET * out - LOWER * np.sqrt(max(lower, 0.0))) + SHARE * over
             lower = min(lower, FULL)
-    told = {"pump_voltage": voltage}
-    told["lower_level"] = level + bend * (level - 5.0) ** 2 + noise * rng.standard_normal(count)
-    channels = {r: Channel(r, time, y, "V", "bus", "made") for r, y in told.items()}
+    columns = {"pump_voltage": voltage}
+    columns["lower_level"] = level + bend * (level - 5.0) ** 2 + noise * rng.standard_normal(count)
+    channels = {r: Channel(r, time, y, "V", "bus", "made") for r, y in columns.items()}
     return Recording(Path(f"tanks{seed}"), {}, None, ROLES, channels, {})

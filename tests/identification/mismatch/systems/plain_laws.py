@@ -1,7 +1,7 @@
 """Effects with a memory, each as a textbook writes it: one short Euler step at a time.
 
-Nothing here is shared with the pages of the library. A law takes the quantity, the speed or other
-quantity beside it, and the time step; it returns what acts.
+No code is shared with the pages of the library. A law takes the quantity, the speed or other
+second quantity, and the time step; it returns the acting value.
 """
 
 import math
@@ -30,9 +30,9 @@ def braked(deceleration: float) -> Law:
     def law(value: float, other: float, h: float) -> float:
         nonlocal out
         out = value if out is None else out
-        left = value - out
-        move = h * math.sqrt(2.0 * deceleration * abs(left))
-        out += math.copysign(min(move, abs(left)), left)
+        remaining = value - out
+        move = h * math.sqrt(2.0 * deceleration * abs(remaining))
+        out += math.copysign(min(move, abs(remaining)), remaining)
         return out
 
     return law
@@ -80,7 +80,7 @@ def dahl(force: float, distance: float) -> Law:
 
 
 def late(delay: float) -> Law:
-    """The value of so long ago."""
+    """A delayed value."""
     line: deque[float] = deque()
 
     def law(value: float, other: float, h: float) -> float:

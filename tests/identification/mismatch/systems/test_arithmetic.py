@@ -1,4 +1,4 @@
-"""An equation has the value that Python gives it; what has none is an error."""
+"""An equation has the value that Python gives it; an undefined value is an error."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The record of what acts: its limits are said, not met by chance."""
+"""The record of acting effects: its limits are reported explicitly."""
 
 import numpy as np
 import pytest

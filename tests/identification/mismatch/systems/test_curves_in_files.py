@@ -49,11 +49,13 @@ def read(folder: Path, text: str) -> ModelSystem:
     return system
 
 
-def shown(system: ModelSystem, pushed: str = "", course: np.ndarray | None = None) -> np.ndarray:
-    """What the sensor shows of a ride, m. pushed: a place at which a course is added."""
+def shown(
+    system: ModelSystem, injection_point: str = "", waveform: np.ndarray | None = None
+) -> np.ndarray:
+    """Sensor reading of a ride, m. injection_point: where a waveform is added."""
     record = system.prepare(swung(5, seconds=3.0))
     quiet = np.zeros(record.slow.shape[1])
-    added = {} if course is None else {pushed: course}
+    added = {} if waveform is None else {injection_point: waveform}
     return system.simulate(record, CHAIN, "system", quiet, added)["place"]
 
 
@@ -73,7 +75,7 @@ SAME = {
     "output along a state": (("place", "velocity", "m", "m/s"), SHOWN, "velocity"),
     "output along a rate": (("place", "velocity_rate", "m", "m/s^2"), SHOWN, f"({DISTURBANCE})"),
 }
-"""A curve, the equation at its place, and the quantity of which it adds a tenth of the magnitude."""
+"""A curve, the equation at its place, and the quantity of which it adds a tenth."""
 
 
 @pytest.mark.parametrize("case", SAME)
@@ -99,10 +101,10 @@ def test_a_curve_along_the_time_is_one_along_a_state_that_counts_it(tmp_path):
 def test_a_curve_along_the_rate_of_an_input_pushes_as_one_that_was_located(tmp_path):
     system = read(tmp_path, MODEL)
     record = system.prepare(swung(5, seconds=3.0))
-    pushes = np.abs(record.grid.rate(record.inputs[:, 0])) * 0.01
+    disturbance = np.abs(record.grid.rate(record.inputs[:, 0])) * 0.01
     wide = curve("force", "force_rate", "[50, 0, 50]", "V", "V/s")
     assert np.allclose(
-        shown(read(tmp_path, MODEL + wide)), shown(system, "force", pushes), atol=1e-9
+        shown(read(tmp_path, MODEL + wide)), shown(system, "force", disturbance), atol=1e-9
     )
 
 
@@ -137,9 +139,9 @@ def test_a_curve_that_cannot_be_read_is_refused_in_words(tmp_path, change, said)
 
 
 def test_half_widths_of_a_curve_are_one_each_and_not_below_zero(tmp_path):
-    for told, said in (("[1, 1]", "2 plus_minus for 3 knots"), ("[1, -1, 1]", "below 0")):
+    for half_widths, said in (("[1, 1]", "2 plus_minus for 3 knots"), ("[1, -1, 1]", "below 0")):
         text = MODEL + curve(
-            "deflection", "position", "[500, 0, 500]", "m", "m", f"plus_minus = {told}"
+            "deflection", "position", "[500, 0, 500]", "m", "m", f"plus_minus = {half_widths}"
         )
         with pytest.raises(InputError, match=said):
             read(tmp_path, text)
@@ -161,7 +163,7 @@ def waved(x: float, v: float, t: float) -> float:
 
 
 def test_values_of_a_curve_are_calibrated_within_their_half_widths(tmp_path):
-    """A curve whose values are unknown takes those by which the recordings were made."""
+    """A curve with unknown values is calibrated to the values behind the recordings."""
     text = f"""
 [[curves]]
 at = "deflection"
@@ -181,8 +183,8 @@ plus_minus = [0.5, 0.5, 0.5, 0.5]
     system = read(tmp_path, known + text)
     training = [system.prepare(swung(s, bent, seconds=6.0)) for s in (1, 2)]
     found = analyse(begin(system, training, []), [])
-    told = verdict(found)
-    assert not told.mismatch, reported(told)
+    result = verdict(found)
+    assert not result.mismatch, reported(result)
     again = read(tmp_path, improved_system(accepted(found)).text())
     (table,) = again.file.curves
     print(table.values, table.plus_minus)
@@ -210,8 +212,8 @@ def analysed(system: ModelSystem, rides):
 def test_a_free_curve_goes_into_the_improved_file_which_simulates_as_the_fit(explained, tmp_path):
     rides, found = explained
     fit = accepted(found)
-    told = verdict(found)
-    assert told.curve is not None, reported(told)
+    result = verdict(found)
+    assert result.curve is not None, reported(result)
     again = read(tmp_path, improved_system(fit).text())
     assert len(again.file.curves) == 1
     model: Model = fit.model
@@ -228,11 +230,11 @@ def test_a_second_analysis_with_the_improved_file_finds_nothing(explained, tmp_p
     rides, found = explained
     system = read(tmp_path, improved_system(accepted(found)).text())
     second = analysed(system, rides)
-    told = verdict(second)
-    assert not told.mismatch, reported(told)
-    assert not names(told)
-    (error,) = told.held_out
-    assert error.nominal < 2.0 * NOISE, reported(told)
+    result = verdict(second)
+    assert not result.mismatch, reported(result)
+    assert not names(result)
+    (error,) = result.held_out
+    assert error.nominal < 2.0 * NOISE, reported(result)
     curves = [c for c in system.coordinates([], CHAIN) if c.owner.startswith("curves.")]
     assert len(curves) == len(system.curves[0].knots)
     third = read(tmp_path, improved_system(accepted(second)).text())

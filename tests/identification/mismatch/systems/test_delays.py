@@ -1,7 +1,7 @@
 """A delayed quantity is the same quantity, later; the sensitivity to the dead time is its rate.
 
-Between whole steps a simulation is a straight line over the dead time: its slope is that of a dead
-time at most half a step beside, and jumps at whole steps. So none of these dead times is one.
+Between integer steps a simulation is linear in the dead time: its slope is that of a dead
+time at most half a step away, and jumps at integer steps. So no dead time here is an integer.
 """
 
 import tomllib
@@ -24,7 +24,7 @@ from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.laws.spring import MODEL, PERIOD, spring, swung
 
-ROWS, DEAD_TIME = 300, 0.0437  # s: neither whole rows nor whole steps
+ROWS, DEAD_TIME = 300, 0.0437  # s: neither an integer number of rows nor of steps
 LATE = MODEL.replace("gain * force", "gain * delay(force, dead_time)").replace(
     "[inputs.force]",
     '[parameters.dead_time]\nvalue = 42\nunit = "ms"\nplus_minus = 30\n\n[inputs.force]',
@@ -36,10 +36,10 @@ def shown(
     text: str, inputs: Floats, dead_time: float = DEAD_TIME, name: str = "place", **drive: Any
 ) -> Floats:
     """Run a model file with this dead time, s; return a column, (rows,). drive: of the input."""
-    told = tomllib.loads(text)
-    told["inputs"]["force"] |= drive
-    told["parameters"]["dead_time"] = {"value": 1e3 * dead_time, "unit": "ms"}
-    file = ModelFile.model_validate(told)
+    tree = tomllib.loads(text)
+    tree["inputs"]["force"] |= drive
+    tree["parameters"]["dead_time"] = {"value": 1e3 * dead_time, "unit": "ms"}
+    file = ModelFile.model_validate(tree)
     read = equations(file, "test")
     values = np.array([number.si for number in file.parameters.values()])
     grid = Grid(ROWS, 0.0, ROWS, PERIOD, PERIOD)
@@ -64,8 +64,8 @@ def after(waits: Floats) -> tuple[Floats, Floats]:
     return GAIN / FREQUENCY**2 * position, GAIN / FREQUENCY**2 * speed
 
 
-def answers(force: Floats, dead_time: float) -> tuple[Floats, Floats]:
-    """Position of a spring at rest before the first jump, and its slope along the dead time."""
+def responses(force: Floats, dead_time: float) -> tuple[Floats, Floats]:
+    """Position of a spring at rest before the first jump, and its derivative by the dead time."""
     force = force - force[0]
     ends = PERIOD * np.arange(1, ROWS + 1)
     jumps = np.diff(force, prepend=0.0)
@@ -95,7 +95,7 @@ def test_a_constant_time_is_that_parameter() -> None:
 @pytest.mark.parametrize("dead_time", [0.0013, 0.0437, 0.05, 0.73])
 def test_the_answer_to_a_held_input_is_the_sum_of_late_step_responses(dead_time: float) -> None:
     force = levels() - levels()[0]
-    expected, _ = answers(force, dead_time)
+    expected, _ = responses(force, dead_time)
     error = shown(LATE, force, dead_time) - expected
     assert np.abs(error).max() < 0.004 * np.ptp(expected)
 
@@ -104,10 +104,10 @@ def test_the_answer_to_a_held_input_is_the_sum_of_late_step_responses(dead_time:
 def test_the_slope_along_the_dead_time_is_that_of_late_impulse_responses(dead_time: float) -> None:
     """Steps of 5 ms: differences of a thousandth of it and of a fifth of it give the same."""
     force = levels() - levels()[0]
-    _, expected = answers(force, dead_time)
-    for nudge in (5e-6, 1e-3):
-        there, back = (shown(LATE, force, dead_time + s * nudge) for s in (1.0, -1.0))
-        slope = (there - back) / (2.0 * nudge)
+    _, expected = responses(force, dead_time)
+    for difference_step in (5e-6, 1e-3):
+        there, back = (shown(LATE, force, dead_time + s * difference_step) for s in (1.0, -1.0))
+        slope = (there - back) / (2.0 * difference_step)
         assert np.sqrt(np.mean((slope - expected) ** 2)) < 0.02 * np.std(expected)
 
 
@@ -148,7 +148,7 @@ def test_the_engine_has_the_slope_of_central_differences(tmp_path) -> None:
 
 @pytest.mark.parametrize("seed", [21, 22])
 def test_a_hidden_dead_time_is_recovered(tmp_path, seed: int) -> None:
-    """The recorded force acts seven sampling periods later; the file says 42 +- 30 ms."""
+    """The recorded force acts seven sampling periods later; the file states 42 +- 30 ms."""
     hidden = 0.07
     system = spring(tmp_path, LATE)
     ridden = swung(seed, felt=lambda u: np.concatenate((np.full(7, u[0]), u[:-7])))

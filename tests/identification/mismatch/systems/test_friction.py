@@ -1,4 +1,4 @@
-"""Laws of dry friction: at rest it sticks, it never drives, and far from rest it is a constant force."""
+"""Laws of dry friction: it sticks at rest, never drives, and is constant far from rest."""
 
 import math
 
@@ -30,11 +30,11 @@ def test_at_rest_what_is_less_than_the_breakaway_force_moves_nothing(share, brea
 
 @given(a=accelerations, v=speeds, breakaway=breakaways, stribeck=stribecks)
 def test_it_takes_energy_and_never_reverses_the_motion(a, v, breakaway, stribeck):
-    """What is rubbed away acts against the speed at the end of the step that it leaves."""
-    left = rubbed(a, v, breakaway, stribeck)
-    after = v + STEP * left
-    assert (left - a) * after <= 1e-9 * (1.0 + abs(a))
-    assert abs(left - a) <= FORCE * (1.0 + breakaway) * (1.0 + 1e-12)
+    """The friction force opposes the speed at the end of the step that it produces."""
+    net = rubbed(a, v, breakaway, stribeck)
+    after = v + STEP * net
+    assert (net - a) * after <= 1e-9 * (1.0 + abs(a))
+    assert abs(net - a) <= FORCE * (1.0 + breakaway) * (1.0 + 1e-12)
     free = v + STEP * a
     assert abs(after) <= abs(free) + 1e-12
     assert after * free >= -1e-12
@@ -47,9 +47,9 @@ def test_it_is_odd(a, v):
 
 @given(a=st.floats(-50.0, 50.0), v=st.floats(1.0, 10.0), side=st.sampled_from([1.0, -1.0]))
 def test_far_from_rest_it_is_the_same_at_a_rate_and_at_a_seam(a, v, side):
-    elsewhere = rub(a, side * v, math.nan, STEP, FORCE, 0.5, 0.1)
-    assert rubbed(a, side * v, 0.5) == pytest.approx(elsewhere, abs=1e-6)
-    assert elsewhere == pytest.approx(a - side * FORCE, abs=1e-6)
+    at_seam = rub(a, side * v, math.nan, STEP, FORCE, 0.5, 0.1)
+    assert rubbed(a, side * v, 0.5) == pytest.approx(at_seam, abs=1e-6)
+    assert at_seam == pytest.approx(a - side * FORCE, abs=1e-6)
 
 
 SERVO = """
@@ -83,16 +83,16 @@ NUMBERS = {"stiffness": 950.0, "damping": 33.0, "weight": 42.0}
 
 
 def held(seed, force, breakaway):
-    """Ride in which the servo goes to places and holds them; what rubs sticks there."""
+    """Ride in which the servo moves to positions and holds them; the friction sticks there."""
     rng = np.random.default_rng(seed)
     times = 0.01 * np.arange(900)
     goal = np.repeat(np.concatenate(([0.0], rng.uniform(-1.2, 1.2, 14))), 60)
     goal = np.convolve(np.pad(goal, 20, mode="edge"), np.ones(41) / 41, "valid")
     fine, angle, speed, shown = 1e-4, float(goal[0]), 0.0, []
-    for wanted in goal:
+    for target in goal:
         shown.append(angle)
         for _ in range(100):
-            a = NUMBERS["stiffness"] * (wanted - angle) - NUMBERS["weight"] * math.sin(angle)
+            a = NUMBERS["stiffness"] * (target - angle) - NUMBERS["weight"] * math.sin(angle)
             a -= NUMBERS["damping"] * speed
             most = force * (1.0 + breakaway * math.exp(-((speed / 0.15) ** 2)))
             speed += fine * (a - min(max(a + speed / fine, -most), most))

@@ -8,7 +8,7 @@ from tests.identification.mismatch.laws.spring import MODEL, spring
 
 
 def test_it_is_the_root_mean_square_of_the_equation(tmp_path):
-    """Of terms of 100, 100 and 20 m/s^2, drawn evenly within their sizes."""
+    """Of terms of 100, 100 and 20 m/s^2, drawn uniformly within their sizes."""
     found = usual_rates(spring(tmp_path).file)
     terms = np.array([100.0, 10.0**2, 2 * 0.1 * 10 * 10])
     assert found["velocity"] == pytest.approx(np.sqrt(np.sum(terms**2) / 3), rel=0.2)

@@ -1,4 +1,4 @@
-"""What remembers is where an independent simulation in short steps has it, not a step beside it.
+"""Effects with memory agree with an independent simulation in short steps within one step.
 
 A mass on a spring follows a command that is held between jumps, or interpolated linearly. Each
 effect with a memory acts there, in the kernel and in an Euler simulation of 400 steps a row. The
@@ -80,16 +80,16 @@ LAWS = {
         lambda: plain.tired(0.2, 0.3, 2),
     ),
 }
-"""Of every effect with a memory: places, parameters, and the law that an engineer would write."""
+"""Of every effect with a memory: places, parameters, and the textbook law."""
 PLACED = [(name, place) for name, (places, _, _) in LAWS.items() for place in places]
 
 
 @cache
 def machine(held: bool, step: float) -> ModelFile:
     """The model file. step: of integration, s."""
-    told = tomllib.loads(MODEL)
-    told["inputs"]["command"]["held"] = held
-    return ModelFile.model_validate({**told, "step": f"{step} s"})
+    tree = tomllib.loads(MODEL)
+    tree["inputs"]["command"]["held"] = held
+    return ModelFile.model_validate({**tree, "step": f"{step} s"})
 
 
 @cache
@@ -112,15 +112,15 @@ def in_kernel(held: bool, step: float, name: str = "", place: str = "") -> np.nd
     grid = Grid(ROWS, 0.0, ROWS, ROW, ROW)
     inputs, none = command()[:, None], np.zeros((ROWS, 0))
     record = Record("test", 0.0, grid, inputs, {}, {}, none)
-    push = np.zeros((ROWS, len(read.places)))
-    return run(read, file, np.zeros(0), effects, record, push)["encoder"]
+    zero_input = np.zeros((ROWS, len(read.places)))
+    return run(read, file, np.zeros(0), effects, record, zero_input)["encoder"]
 
 
 @cache
 def in_short_steps(held: bool, name: str = "", place: str = "") -> np.ndarray:
     """Reading after each short step, rad, (ROWS, FINE): Euler's rule."""
     law = LAWS[name][2]() if name else plain.slewed(np.inf)
-    told, h = command(), ROW / FINE
+    command_values, h = command(), ROW / FINE
     angle, speed, shown = 0.0, 0.0, np.empty(ROWS * FINE)
 
     def acted(here: str, value: float) -> float:
@@ -128,9 +128,9 @@ def in_short_steps(held: bool, name: str = "", place: str = "") -> np.ndarray:
 
     for k in range(ROWS * FINE):
         row, part = divmod(k, FINE)
-        before = told[max(row - 1, 0)]
-        line = before + (told[row] - before) * (part + 0.5) / FINE
-        drive = acted("command", told[row] if held else line)
+        before = command_values[max(row - 1, 0)]
+        line = before + (command_values[row] - before) * (part + 0.5) / FINE
+        drive = acted("command", command_values[row] if held else line)
         pull = acted("pull", acted("wanted", drive) - angle)
         rate = acted("speed_rate", 400.0 * pull - 12.0 * speed)
         angle, speed = angle + h * (speed + 0.5 * h * rate), speed + h * rate
@@ -142,9 +142,9 @@ def beside(held: bool, step: float, name: str, place: str) -> float:
     """Error of the kernel's trace of an effect, in changes of that trace within a step."""
     trace = in_short_steps(held, name, place) - in_short_steps(held)
     error = in_kernel(held, step, name, place) - in_kernel(held, step) - trace[:, -1]
-    course = trace.ravel()
+    trace_values = trace.ravel()
     parts = round(FINE * step / ROW)
-    shift = course[parts:] - course[:-parts]
+    shift = trace_values[parts:] - trace_values[:-parts]
     return float(np.sqrt(np.mean(error**2) / np.mean(shift**2)))
 
 

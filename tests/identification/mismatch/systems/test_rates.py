@@ -53,22 +53,24 @@ def on_change(rate: float) -> Floats:
 
 
 def recorded(force: Floats, place: Floats, speed: Floats, seed: int = 5) -> Recording:
-    """Record a spring at these times, s: it is driven by what was told 23 ms before."""
+    """Record a spring at these times, s: it is driven by the recorded force of 23 ms before."""
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
     renewed = rng.random(force.size) < 200.0 / force.size
-    told = rng.standard_normal(force.size)[np.maximum.accumulate(renewed * np.arange(force.size))]
-    told -= told[0]
+    recorded_values = rng.standard_normal(force.size)[
+        np.maximum.accumulate(renewed * np.arange(force.size))
+    ]
+    recorded_values -= recorded_values[0]
     time = FINE * np.arange(round(SECONDS / FINE) + 1)
     late = np.searchsorted(force, time - DEAD_TIME + 1e-9, side="right") - 1
-    acting = told[np.maximum(late, 0)]
+    acting = recorded_values[np.maximum(late, 0)]
     a = np.array([[0.0, 1.0], [-(FREQUENCY**2), -2.0 * DAMPING * FREQUENCY]])
     both = np.block([[a, np.array([[0.0], [GAIN]])], [np.zeros((1, 3))]])
     step = linalg.expm(FINE * both)[:2]
     x = np.zeros((time.size, 2))
     for k in range(time.size - 1):
         x[k + 1] = step[:, :2] @ x[k] + step[:, 2] * acting[k]
-    values = {"force": (force, told)}
+    values = {"force": (force, recorded_values)}
     for j, (role, at, noise) in enumerate((("place", place, 2e-3), ("speed", speed, 0.05))):
         shown = np.interp(at, time, x[:, j]) + noise * rng.standard_normal(at.size)
         values[role] = (at, shown)
@@ -91,7 +93,7 @@ def calibrated(folder: Path, ridden: Recording) -> dict[str, float]:
 def test_a_held_input_is_not_late_whatever_its_times(
     tmp_path: Path, times: Callable[[float], Floats], rate: float
 ) -> None:
-    """What was told when a row began came up to 10 ms late: the dead time came out as 18 ms."""
+    """Regression: values at the start of a row were up to 10 ms late; dead time was 18 ms."""
     found = calibrated(tmp_path, recorded(times(rate), regular(100), regular(100)))
     assert found["dead_time"] == pytest.approx(DEAD_TIME, abs=0.3e-3)
     assert found["gain"] == pytest.approx(GAIN, rel=1.5e-3)
@@ -146,7 +148,7 @@ def test_a_right_model_lacks_nothing_whatever_the_rates(tmp_path: Path) -> None:
     step=st.sampled_from((0.01, 0.1, 0.35)),
 )
 def test_rows_of_a_held_input_have_its_area(times: list[float], step: float) -> None:
-    """Up to the values that are told within a thousandth of a row of its begin or end."""
+    """Except for values recorded within a thousandth of a row of its begin or end."""
     sampled = np.sort(np.array([0.0, *times]))
     values = np.random.default_rng(3).standard_normal(sampled.size)
     ends = step * np.arange(1, round(6.0 / step) + 1)
@@ -165,8 +167,8 @@ def test_a_held_input_that_is_told_where_rows_begin_keeps_its_values() -> None:
 
 def test_an_exact_input_has_no_values_between_its_own(tmp_path: Path) -> None:
     file = spring(tmp_path, TWO).file
-    told = DrivenInput(role="force", size=file.inputs["force"].size, exact=True)
-    exact: ModelFile = file.model_copy(update={"inputs": {"force": told}})
+    recorded_values = DrivenInput(role="force", size=file.inputs["force"].size, exact=True)
+    exact: ModelFile = file.model_copy(update={"inputs": {"force": recorded_values}})
     ridden = recorded(jittered(20), regular(100), regular(100))
     values = ridden.channels["force"].value
     assert np.isin(prepare(ridden, exact).inputs, values).all()

@@ -1,4 +1,4 @@
-"""A state with stops never leaves them, and comes back with its restitution, as its slopes say."""
+"""A state never leaves its stops and rebounds by its restitution; so do its sensitivities."""
 
 import tomllib
 from pathlib import Path
@@ -28,7 +28,7 @@ from slipbench.protocol.recording.role_map import RoleMap, Source
 
 ROW, ROWS = 0.01, 400
 G, DROP, FLOOR, BACK = 9.81, 1.0, 0.2, 0.8
-SLOW = 0.02  # m/s, at the floor: rest
+SLOW = 0.02  # m/s, threshold of rest at the floor
 BALL = """
 name = "Ball above a floor"
 step = "5 ms"
@@ -86,8 +86,8 @@ size = { value = 1, unit = "m" }
 
 def shown(text: str, inputs: Floats, step: float = 5e-3, **values: float) -> SimulatedColumns:
     """Run a model file for rows of an input. values: of parameters, SI."""
-    told: dict[str, Any] = tomllib.loads(text)
-    file = ModelFile.model_validate({**told, "step": step})
+    tree: dict[str, Any] = tomllib.loads(text)
+    file = ModelFile.model_validate({**tree, "step": step})
     read = equations(file, "test")
     numbers = np.array([values.get(name, n.si) for name, n in file.parameters.items()])
     grid = Grid(len(inputs), 0.0, len(inputs), ROW, ROW)
@@ -134,7 +134,7 @@ def test_a_state_never_leaves_its_stops(back: float, step: float) -> None:
     assert (height == FLOOR).any() or back == 1.0
 
 
-def by_events(push: Floats, back: float, loss: float) -> Floats:
+def by_events(lifts: Floats, back: float, loss: float) -> Floats:
     """Height at the end of each row, m: every contact located by an event of scipy.
 
     A speed below SLOW at the floor is rest.
@@ -148,7 +148,7 @@ def by_events(push: Floats, back: float, loss: float) -> Floats:
 
     floor.terminal, floor.direction = True, -1.0  # type: ignore[attr-defined]
     x, heights = np.array([1.2, 0.0]), []
-    for u in push:
+    for u in lifts:
         t = 0.0 if u > G or x[0] > FLOOR + 1e-9 or x[1] > 0.0 else ROW
         while t < ROW:
             done = integrate.solve_ivp(
@@ -165,16 +165,16 @@ def by_events(push: Floats, back: float, loss: float) -> Floats:
 
 
 def test_contacts_are_those_of_an_event_solver() -> None:
-    push = 0.3 * PUSHES[:150] + 5.0
-    expected = by_events(push, BACK, 3.0)
+    lifts = 0.3 * PUSHES[:150] + 5.0
+    expected = by_events(lifts, BACK, 3.0)
     assert np.sum(np.diff(np.sign(np.diff(expected))) > 0) >= 3  # contacts
-    found = shown(BALL, push, back=BACK, loss=3.0)["height"]
+    found = shown(BALL, lifts, back=BACK, loss=3.0)["height"]
     assert np.abs(found - expected).max() < 1e-5
 
 
 @pytest.mark.parametrize(("name", "value"), [("back", BACK), ("gravity", G), ("floor", FLOOR)])
 def test_away_from_contacts_slopes_are_those_of_free_flight(name: str, value: float) -> None:
-    """After eight contacts: differences of 1e-7 and of 1e-4 of a parameter, and the formulas."""
+    """After eight contacts: difference steps of 1e-7 and 1e-4 of a parameter, and the formulas."""
     away = np.abs(shown(BALL, STILL)["height"] - FLOOR) > 0.01
     for share in (1e-7, 1e-4):
         there, back = (value * (1.0 + s * share) for s in (1.0, -1.0))
@@ -234,11 +234,11 @@ def recorded(seed: int, back: float) -> Recording:
     """
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
-    push = np.zeros((5, 2 * ROWS // 4))
-    push[:, 180:] = rng.uniform(20.0, 30.0, (5, 1))
-    place = by_events(push.ravel(), back, 3.0) + 1e-3 * rng.standard_normal(push.size)
-    ends = ROW * np.arange(1, push.size + 1)
-    values = {"lift": (ends - ROW, push.ravel()), "place": (ends, place)}
+    lifts = np.zeros((5, 2 * ROWS // 4))
+    lifts[:, 180:] = rng.uniform(20.0, 30.0, (5, 1))
+    place = by_events(lifts.ravel(), back, 3.0) + 1e-3 * rng.standard_normal(lifts.size)
+    ends = ROW * np.arange(1, lifts.size + 1)
+    values = {"lift": (ends - ROW, lifts.ravel()), "place": (ends, place)}
     channels = {r: Channel(r, t, y, ROLES.unit(r), "bus", "made") for r, (t, y) in values.items()}
     return Recording(Path(f"ball{seed}"), {}, None, ROLES, channels, {})
 

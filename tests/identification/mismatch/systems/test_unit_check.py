@@ -1,4 +1,4 @@
-"""Laws of the units of equations: what agrees stays silent, and one wrong unit is found where it is."""
+"""Laws of the units of equations: consistent units pass; a wrong unit is located."""
 
 from fractions import Fraction
 
@@ -79,8 +79,8 @@ def test_numbers_fit_where_they_stand(tmp_path, equation) -> None:
     ],
 )
 def test_the_part_that_disagrees_is_told(tmp_path, equation, part, expected, found) -> None:
-    (told,) = faults(tmp_path, rate(equation))
-    assert told.endswith(f"{expected} is expected, {found} found, in {part}")
+    (message,) = faults(tmp_path, rate(equation))
+    assert message.endswith(f"{expected} is expected, {found} found, in {part}")
 
 
 @given(st.sampled_from(UNITS), st.sampled_from(UNITS), st.sampled_from("*/"))

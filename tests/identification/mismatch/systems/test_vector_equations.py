@@ -33,15 +33,15 @@ MIXED = {
     (2, 2): ("[[1, 0], u]", np.array([[1, 0], KNOWN["u"]])),
     (3, 3): ("[[1, 0, 0], v, w]", np.array([[1, 0, 0], KNOWN["v"], KNOWN["w"]])),
 }
-Told = tuple[str, Any]
-"""Text of an expression and what it is in numpy."""
+TextAndValue = tuple[str, Any]
+"""Text of an expression and its value in numpy."""
 
 
 @st.composite
-def expressions(draw: st.DrawFn, shape: tuple[int, ...], depth: int) -> Told:
+def expressions(draw: st.DrawFn, shape: tuple[int, ...], depth: int) -> TextAndValue:
     """Draw an expression of a shape, of operations so deep."""
 
-    def inner(of: tuple[int, ...]) -> Told:
+    def inner(of: tuple[int, ...]) -> TextAndValue:
         return draw(expressions(of, depth - 1))
 
     if depth == 0 or draw(st.integers(0, 3)) == 0:
@@ -57,8 +57,8 @@ def expressions(draw: st.DrawFn, shape: tuple[int, ...], depth: int) -> Told:
     return of_each(draw, kind, shape, inner)
 
 
-def of_each(draw: st.DrawFn, kind: str, shape: tuple[int, ...], inner: Any) -> Told:
-    """Return what acts on each element, of a quantity of the shape and another, or a number."""
+def of_each(draw: st.DrawFn, kind: str, shape: tuple[int, ...], inner: Any) -> TextAndValue:
+    """Return an element-wise operation on a quantity of the shape and another, or a number."""
     (text, x), other = inner(shape), inner(draw(st.sampled_from([shape, ()])))
     if kind == "function":
         return function(draw, (text, x), other)
@@ -79,8 +79,8 @@ def of_each(draw: st.DrawFn, kind: str, shape: tuple[int, ...], inner: Any) -> T
 
 
 @st.composite
-def leaf(draw: st.DrawFn, shape: tuple[int, ...]) -> Told:
-    named: list[Told] = [(n, x) for n, x in KNOWN.items() if x.shape == shape]
+def leaf(draw: st.DrawFn, shape: tuple[int, ...]) -> TextAndValue:
+    named: list[TextAndValue] = [(n, x) for n, x in KNOWN.items() if x.shape == shape]
     if shape == (3,):
         row = draw(st.integers(1, 3))
         named.append((f"M[{row}]", KNOWN["M"][row - 1]))
@@ -94,7 +94,7 @@ def leaf(draw: st.DrawFn, shape: tuple[int, ...]) -> Told:
     return draw(st.sampled_from([*named, (str(values.tolist()), values)]))
 
 
-def number(draw: st.DrawFn, inner: Any) -> Told:
+def number(draw: st.DrawFn, inner: Any) -> TextAndValue:
     """Return a number of vectors."""
     kind = draw(st.sampled_from(["sum", "norm", "dot", "@"]))
     n = draw(st.sampled_from([(2,), (3,)]))
@@ -108,7 +108,7 @@ def number(draw: st.DrawFn, inner: Any) -> Told:
     }[kind]
 
 
-def product(draw: st.DrawFn, shape: tuple[int, ...], inner: Any) -> Told:
+def product(draw: st.DrawFn, shape: tuple[int, ...], inner: Any) -> TextAndValue:
     n = draw(st.sampled_from([2, 3]))
     if shape == (3,) and draw(st.booleans()):
         (s, x), (t, y) = inner((3,)), inner((3,))
@@ -122,7 +122,7 @@ def product(draw: st.DrawFn, shape: tuple[int, ...], inner: Any) -> Told:
     return f"({s} @ {t})", x @ y
 
 
-def function(draw: st.DrawFn, one: Told, other: Told) -> Told:
+def function(draw: st.DrawFn, one: TextAndValue, other: TextAndValue) -> TextAndValue:
     """Return a function of two quantities that is smooth, so that rounding errors stay small."""
     (s, x), (t, y) = one, other
     return {
@@ -137,8 +137,8 @@ def function(draw: st.DrawFn, one: Told, other: Told) -> Told:
 
 @settings(max_examples=400)
 @given(st.sampled_from(EVERY).flatmap(lambda shape: expressions(shape, 3)))
-def test_the_elements_have_the_values_of_numpy(told: Told) -> None:
-    text, expected = told
+def test_the_elements_have_the_values_of_numpy(drawn: TextAndValue) -> None:
+    text, expected = drawn
     try:
         made = elements(text, SHAPES, "here")
     except InputError as fault:

@@ -1,4 +1,4 @@
-"""A model file with vectors is the file of their elements that a patient user would write."""
+"""A model file with vectors is equivalent to a file with their elements as scalars."""
 
 import tomllib
 from collections.abc import Iterator
@@ -162,14 +162,14 @@ def shown(file: ModelFile, inputs: Floats, start: Floats) -> dict[str, Floats]:
     """Run a model file from these states, with steps of 5 ms in rows of 10 ms."""
     read = equations(file, "test")
     tree = file.model_dump()
-    for told, x in zip(tree["states"].values(), start, strict=True):
-        told["start"] = {"value": float(x)}
+    for state, x in zip(tree["states"].values(), start, strict=True):
+        state["start"] = {"value": float(x)}
     values = np.array([number.si for number in file.parameters.values()])
     rows = len(inputs)
     grid = Grid(rows, 0.0, rows, file.period, file.period)
     record = Record("test", 0.0, grid, inputs, {}, {}, np.zeros((rows, 0)))
-    push = np.zeros((rows, len(read.places)))
-    return run(read, ModelFile.model_validate(tree), values, (), record, push)
+    zero_input = np.zeros((rows, len(read.places)))
+    return run(read, ModelFile.model_validate(tree), values, (), record, zero_input)
 
 
 def test_vectors_are_the_file_that_is_written_by_hand() -> None:

@@ -1,4 +1,4 @@
-"""FMUs of the mass on a spring, compiled for the test that asks for one."""
+"""FMUs of the mass on a spring, compiled by the tests that need them."""
 
 import platform
 import shutil
@@ -90,7 +90,7 @@ def packed(path: Path, version: int, sources: tuple[str, ...], text: str, *defin
 
 
 def with_file(fmu: Path, text: str = BESIDE) -> Path:
-    """Write the file beside an FMU; returns the FMU."""
+    """Write the model file of an FMU; returns the FMU."""
     fmu.with_suffix(".toml").write_text(text, encoding="utf-8")
     return fmu
 

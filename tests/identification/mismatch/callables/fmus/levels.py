@@ -84,19 +84,19 @@ def build(folder: Path, name: str = "levels", more: str = "") -> Path:
 
 
 def recorded(seed: int, rates: np.ndarray, sensed=lambda x: x, noise: float = 3e-3) -> Recording:
-    """Record both levels while the first is filled at random. sensed: what shows the second."""
+    """Record both levels while the first is filled at random. sensed: sensor of the second."""
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
     first = np.repeat(rng.uniform(0.0, 2.0, 61), 10)[:601]
     opened = np.repeat(rng.uniform(0.0, 1.0, 41) < 0.7, 15)[:601].astype(float)
     levels = solution(rates, np.column_stack((first, np.ones(601))) * opened[:, None])[:-1]
     levels = np.concatenate((np.zeros((1, 2)), levels))
-    told = {"first": first, "open": opened, "upper": levels[:, 0], "lower": sensed(levels[:, 1])}
+    columns = {"first": first, "open": opened, "upper": levels[:, 0], "lower": sensed(levels[:, 1])}
     for role in ("upper", "lower"):
-        told[role] = told[role] + noise * rng.standard_normal(601)
+        columns[role] = columns[role] + noise * rng.standard_normal(601)
     time = PERIOD * np.arange(601)
     roles = {role: Source(column=role, unit="1") for role in ROLES}
-    channels = {r: Channel(r, time, y, "1", "bus", "made") for r, y in told.items()}
+    channels = {r: Channel(r, time, y, "1", "bus", "made") for r, y in columns.items()}
     described = RoleMap(title="levels", quantities=dict.fromkeys(ROLES, "1"), roles=roles)
     return Recording(Path(f"levels{seed}"), {}, None, described, channels, {})
 

@@ -1,4 +1,4 @@
-"""The exported motorcycle, and recordings of one that has what the FMU lacks."""
+"""The exported motorcycle, and recordings of a motorcycle with effects that the FMU lacks."""
 
 from pathlib import Path
 
@@ -57,7 +57,7 @@ def nominal_model() -> FmuModel:
 
 
 def exported(folder: Path, version: int, text: str = BESIDE) -> Path:
-    """Write the FMU of the nominal motorcycle and the file beside it."""
+    """Write the FMU of the nominal motorcycle and its model file."""
     path = folder / f"motorcycle{version}.fmu"
     headers = Path(str(optional_library("fmpy").__file__)).parent / "c-code"
     write_fmu(path, nominal_model(), version, headers)

@@ -1,4 +1,4 @@
-"""What no name explains, and depends on the past: an alarm, a place, and a curve that predicts."""
+"""Unnamed physics with memory: mismatch detected, injection point, predictive curve."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_memory_that_no_name_explains_raises_an_alarm_without_a_name(verdicts, t
 
 @pytest.mark.parametrize("truth", [lagging, playing])
 def test_a_curve_over_the_past_stands_at_its_place_and_predicts(verdicts, truth):
-    """Any place after the force will do: what is filtered before it may as well be added behind it."""
+    """Any place after the force is correct: filtering before it equals an addition after it."""
     found = verdicts[truth]
     (error,) = found.held_out
     assert error.improved < 0.5 * error.calibrated, reported(found)

@@ -1,4 +1,4 @@
-"""What is accepted lowers held-out errors, and no verdict is silent about a large one."""
+"""Accepted effects lower held-out errors, and every verdict reports a large error."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def verdicts(tmp_path_factory):
 
 @pytest.mark.parametrize("truth", UNKNOWN, ids=lambda f: f.__name__)
 def test_no_held_out_error_rises_by_what_is_accepted(verdicts, truth: Spring):
-    """Neither a name nor a free curve stands that predicts held-out recordings worse."""
+    """Names and free curves that predict held-out recordings worse are rejected."""
     found = verdicts[truth]
     assert not found.effects, reported(found)
     assert all(e.improved <= RISES * e.calibrated for e in found.held_out), reported(found)
@@ -81,7 +81,7 @@ def test_no_large_error_is_told_where_nothing_is_missing(tmp_path, seed):
 
 
 def test_repeated_trials_tell_that_a_large_error_is_physics(tmp_path):
-    """They share what is missing; noise and disturbances they do not share."""
+    """They share the missing effect; their noise and disturbances are independent."""
     force = noise_of_the_force(3, 10.0)
     repeats = [swung(s, ripple, force=force) for s in (4, 5)]
     found = explained(spring(tmp_path), [swung(1, ripple)], repeats, WRONG)
@@ -89,7 +89,7 @@ def test_repeated_trials_tell_that_a_large_error_is_physics(tmp_path):
 
 
 def test_an_effect_that_held_out_recordings_cannot_be_simulated_with_is_not_accepted(tmp_path):
-    """Drag grows without bound on them: the analysis goes on, and says what they contradict."""
+    """Drag grows without bound on them: the analysis goes on and reports contradictions."""
     found = explained(spring(tmp_path), [swung(1, softening)], [swung(2, softening)])
     assert found.complete
     assert not any(e.name == "quadratic_drag" for e in found.effects), reported(found)
@@ -97,7 +97,7 @@ def test_an_effect_that_held_out_recordings_cannot_be_simulated_with_is_not_acce
 
 @pytest.mark.parametrize("pushed", [1.0, 4.0])
 def test_what_one_training_recording_shows_once_is_no_physics(tmp_path, pushed):
-    """Someone pushes the mass for 0.6 s; held-out recordings know nothing of it."""
+    """A person pushes the mass for 0.6 s; held-out recordings do not contain this disturbance."""
 
     def bump(force: np.ndarray) -> np.ndarray:
         return force + pushed * (np.arange(force.size) // 60 == 7)

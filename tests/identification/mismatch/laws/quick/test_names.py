@@ -1,4 +1,4 @@
-"""What may be named: the right formula, or one of its class; nothing where the library lacks it."""
+"""Permitted names: the right formula or one of its class; none if the library lacks it."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_without_its_name_it_is_located_and_no_other_name_is_given(nominal):
 
 
 def test_a_formula_that_is_not_exact_takes_no_second_name_at_its_place(nominal):
-    """The truth is a sinh; what its cube leaves is no reason for a dead zone beside it."""
+    """The truth is a sinh; the residual of its cubic fit does not justify a dead zone beside it."""
     found = explained(nominal, *two(lambda x, v, t: np.sinh(0.9 * x) / 0.9), BENT)
     assert names(found) == ["cubic.deflection"], reported(found)
 
@@ -61,7 +61,7 @@ def test_names_of_precise_recordings_stand_beside_a_tiny_remainder(nominal, rest
 
 @pytest.mark.parametrize("rest", [0.02, 0.12])
 def test_a_right_name_is_not_withdrawn_for_a_curve_that_predicts_no_more(nominal, rest):
-    """A rubbing that is in no library takes a thousandth and a twelfth of what the cube explains."""
+    """Friction outside the library has a thousandth and a twelfth of the gain of the cube."""
     truth = two(lambda x, v, t: x + CUBE * x**3 + rest * np.tanh(v / 0.3))
     found = explained(nominal, *truth, BENT)
     assert "cubic.deflection" in names(found), reported(found)
@@ -80,7 +80,7 @@ def test_two_effects_of_one_place_are_both_named_though_one_like_them_helps_more
 
 
 def test_an_effect_that_few_segments_of_training_show_is_named(nominal):
-    """Held-out recordings show it often; both together tell what few segments leave uncertain."""
+    """Held-out recordings excite it often; together with training data the evidence suffices."""
 
     def gentle_with_bursts(seed, at):
         force = noise_of_the_force(seed, 10.0, 0.3)

@@ -1,4 +1,4 @@
-"""Effects that recordings cannot tell apart are one class, and a plausible one leads it."""
+"""Indistinguishable effects form one class, and a plausible effect leads the class."""
 
 import numpy as np
 import pytest
@@ -17,14 +17,14 @@ def late(bins):
 
 @pytest.mark.parametrize(("at", "bins"), [(a, b) for a in ("sensed", "felt") for b in (1, 2, 3)])
 def test_a_delay_of_some_bins_is_found_and_its_class_listed(tmp_path, bins, at):
-    """Of a linear system nothing tells a late input from a late sensor."""
+    """In a linear system a delayed input and a delayed sensor are indistinguishable."""
     rides = [swung(seed, **{at: late(bins)}) for seed in (1, 2)]
     found = explained(spring(tmp_path), rides[:1], rides[1:], DELAYS)
     assert set(names(found)) < LATE, reported(found)
     assert len(found.effects) == 1
     assert set(found.equivalents[0]) == LATE
-    told = abs(found.effects[0].parameters[0].value)
-    assert told == pytest.approx(bins * PERIOD, rel=0.1)
+    estimate = abs(found.effects[0].parameters[0].value)
+    assert estimate == pytest.approx(bins * PERIOD, rel=0.1)
 
 
 @pytest.mark.parametrize("bins", [2, 3])
@@ -49,7 +49,7 @@ def test_an_offset_of_a_sensor_and_of_a_force_are_one_class(tmp_path):
 
 
 def test_an_offset_that_is_not_there_at_rest_is_none(tmp_path):
-    """A force that is too large by its square shifts the mean; at rest the reading is nought."""
+    """A force that is too large by its square shifts the mean; at rest the reading is zero."""
 
     def rested(seed):
         force = 0.4 + noise_of_the_force(seed, 8.0, 0.5)

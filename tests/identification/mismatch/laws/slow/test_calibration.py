@@ -1,4 +1,4 @@
-"""What calibration compensates is found all the same."""
+"""Effects that calibration compensates are still identified."""
 
 import pytest
 
@@ -27,7 +27,7 @@ def test_a_late_throttle_sensor_is_no_slow_servo():
 
 
 def test_tyres_that_grow_by_speed_are_no_other_radius_grip_and_drag():
-    """Less than a hundredth of the trace is left; fresh sensitivities lead along the valley."""
+    """Less than a hundredth of the trace remains; updated sensitivities follow the valley."""
     found = ridden(
         RadiusGrowth(growth=GROWTH, front_growth=0.5 * GROWTH),
         library=("radius_growth", "driveline_loss", "optical_scale", "relaxation_length"),
@@ -37,7 +37,7 @@ def test_tyres_that_grow_by_speed_are_no_other_radius_grip_and_drag():
 
 
 def test_load_transfer_is_named_though_calibration_moves_the_load_by_several_deviations():
-    """Between the calibrated numbers and the truth lies what fits worse than both."""
+    """A region of worse fit lies between the calibrated parameters and the truth."""
     found = ridden(
         LoadTransfer(height=HEIGHT),
         library=("load_transfer", "relaxation_length", "driveline_loss"),
@@ -49,7 +49,7 @@ def test_load_transfer_is_named_though_calibration_moves_the_load_by_several_dev
 
 @pytest.mark.parametrize("share", [0.6, 2.0])
 def test_numbers_of_up_to_four_stated_deviations_raise_no_alarm(share):
-    """share: of the stated 95 % half width in the draw; 2 means a deviation of its whole width."""
+    """share: of the stated 95 % half width in the draw; 2: a standard deviation equal to it."""
     found = ridden(
         library=("load_transfer", "relaxation_length", "driveline_loss", "backlash"), share=share
     )
@@ -58,7 +58,7 @@ def test_numbers_of_up_to_four_stated_deviations_raise_no_alarm(share):
 
 
 def test_without_its_name_a_late_throttle_sensor_is_no_other_effect():
-    """A curve is fitted beside the numbers of the file too, since calibration went astray."""
+    """A curve is also fitted from the nominal parameters, since calibration is far off."""
     found = ridden(
         library=("driveline_loss", "optical_lag", "rate_limit"),
         change=late("throttle_position", LATE),

@@ -1,4 +1,4 @@
-"""What a channel does to its values: repeated frames, coarse steps, latency, a clock of its own."""
+"""Effects of a channel: repeated frames, coarse quantization, latency, own clock."""
 
 import pytest
 
@@ -21,7 +21,7 @@ HOLD, LAG = 30e-3, 15e-3  # s
 
 
 def test_coarse_steps_are_named_with_the_step_of_the_recording():
-    """The step is read off the values; no fit of residuals tells it better."""
+    """The step is computed from the values; no fit of residuals estimates it better."""
     found = ridden(
         library=("quantiser", "channel_latency", "channel_lag", "stale_frames", "held_frames"),
         change=rounded("optical_speed", STEP),
@@ -56,7 +56,7 @@ def test_frames_repeated_at_random_are_named_so():
     ("channel", "hold", "jitter"), [("optical_speed", HOLD, 4e-3), ("engine_speed", 20e-3, 3e-3)]
 )
 def test_a_jittered_repetition_of_frames_is_one_effect(channel, hold, jitter):
-    """A lag or a latency beside it is a false second name."""
+    """An additional lag or latency is a false second name."""
     found = ridden(library=FRAMES, change=held(channel, hold, jitter))
     assert len(found.effects) == 1, reported(found)
     assert found.effects[0].name in REPEATED
@@ -73,7 +73,7 @@ def test_a_speed_sensor_two_samples_late_is_named():
 
 
 def test_a_lag_of_the_throttle_sensor_is_one_effect_of_the_sensor():
-    """The lagging channel drives the motion as well: its effect is taken off that input."""
+    """The lagging channel drives the motion as well: its effect is removed from that input."""
     found = ridden(
         library=("channel_lag", "channel_latency", "asymmetric_filling"),
         change=lagging("throttle_position", LAG),
@@ -93,7 +93,7 @@ IN_A_TABLE = pytest.mark.xfail(
 def test_a_clock_of_an_encoder_that_is_off_is_no_physics(drift, by):
     """Clocks of devices are uncertain by 0.05 % unless their file says otherwise.
 
-    Where the times are said to be those of the bus, nothing else tells of a clock.
+    If the times are declared as bus times, no other data contain the clock error.
     """
     found = without_physics(drift, by)
     assert not found.mismatch, reported(found)
@@ -101,7 +101,7 @@ def test_a_clock_of_an_encoder_that_is_off_is_no_physics(drift, by):
 
 
 def test_times_of_an_encoder_in_a_table_are_no_physics():
-    """What the case before is without its drift."""
+    """The preceding case without its clock drift."""
     found = without_physics(0.0, "the bus")
     assert not found.mismatch, reported(found)
 

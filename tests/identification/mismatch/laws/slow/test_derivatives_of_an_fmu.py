@@ -1,4 +1,4 @@
-"""What an FMU for model exchange lacks inside, at a derivative, is named with its size."""
+"""An effect that an FMU for model exchange lacks at a derivative is named with magnitude."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Between two effects of one place the true one stands at every look, and the other is rejected."""
+"""Of two effects at one place, the true one is kept at every look; the other is rejected."""
 
 import pytest
 

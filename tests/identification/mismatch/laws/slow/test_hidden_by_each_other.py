@@ -1,6 +1,6 @@
-"""Effects that hide each other, looked for with the whole library.
+"""Effects that mask each other, identified with the full library.
 
-Without belt and blindness the time constant runs away, and some even function of the voltage
+Without belt and blindness the time constant diverges, and some even function of the voltage
 explains more than either of the two.
 """
 

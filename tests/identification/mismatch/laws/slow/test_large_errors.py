@@ -1,4 +1,4 @@
-"""No verdict is silent about outputs that stay far above their floor."""
+"""Every verdict reports outputs that stay far above their floor."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def cold(rides: tuple[Ride, ...], warming: float) -> tuple[Ride, ...]:
 )
 @pytest.mark.parametrize("warming", [4.0, 1.5])
 def test_a_drag_of_cold_oil_that_decays_within_the_recording_raises_an_alarm(warming):
-    """A slow disturbance of wind and grade takes it in, trial after trial."""
+    """A slow disturbance of wind and grade absorbs it in every trial."""
     found = ridden(library=LOSSES, training=cold(LEARN, warming), held_out=cold(PROVE, warming))
     assert found.mismatch, reported(found)
 
@@ -57,7 +57,7 @@ def three() -> Verdict:
 
 
 def test_levels_that_grow_with_speed_are_named_beside_two_other_effects(three):
-    """Noise models, calibration and the slow disturbance take levels in; evidence they remain."""
+    """Noise models, calibration and slow disturbance absorb levels; levels remain evidence."""
     assert names(three) == ["backlash", "radius_growth", "throttle_stiction"], reported(three)
 
 

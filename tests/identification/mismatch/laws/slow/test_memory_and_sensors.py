@@ -1,6 +1,6 @@
-"""What remembers, what goes with the angle and what sensors do: named, and its size told.
+"""Effects with memory, effects over the angle, and sensor effects: named with magnitude.
 
-As in test_physics.py, in the same servo, in one with a current of its own and in one with a
+As in test_physics.py, in the same servo, in one with a current state and in one with a
 tachometer.
 """
 
@@ -29,7 +29,7 @@ Drive = Callable[[np.ndarray], np.ndarray]
 
 def passed(law: plain.Law) -> Drive:
     """A drive that passes through a law of one quantity."""
-    return lambda told: np.array([law(float(u), 0.0, STEP) for u in told])
+    return lambda command: np.array([law(float(u), 0.0, STEP) for u in command])
 
 
 def yielding(law: plain.Law) -> Callable[[float, float, float, float], float]:
@@ -38,11 +38,11 @@ def yielding(law: plain.Law) -> Callable[[float, float, float, float], float]:
 
 
 def wound(pace: float, limit: float) -> Drive:
-    """A current that follows its command no faster than the limit: midpoint rule."""
+    """A current whose rate is limited while it follows its command: midpoint rule."""
 
-    def felt(told: np.ndarray) -> np.ndarray:
-        current, out = 0.0, np.empty(told.size)
-        for k, u in enumerate(told):
+    def felt(command: np.ndarray) -> np.ndarray:
+        current, out = 0.0, np.empty(command.size)
+        for k, u in enumerate(command):
             first = min(max(pace * (u - current), -limit), limit)
             middle = u - current - 0.5 * STEP * first
             rate = min(max(pace * middle, -limit), limit)
@@ -54,18 +54,18 @@ def wound(pace: float, limit: float) -> Drive:
 
 
 def dropped(speed: np.ndarray, load: np.ndarray) -> np.ndarray:
-    """What a sensor of pulses shows whose threshold is 0.5 rad/s."""
+    """Reading of a pulse sensor with a threshold of 0.5 rad/s."""
     share = (np.abs(speed) / 0.5) ** 8
     return np.asarray(speed * share / (1.0 + share))
 
 
 def held(angle: np.ndarray, load: np.ndarray) -> np.ndarray:
-    """A reading that is taken anew every fourth time."""
+    """A reading that is updated at every fourth sample."""
     return np.asarray(angle[4 * (np.arange(angle.size) // 4)])
 
 
 def averaged(angle: np.ndarray, load: np.ndarray) -> np.ndarray:
-    """The mean of the last 62 ms; it rests before the recording begins."""
+    """The mean of the last 62 ms; the system is at rest before the recording begins."""
     time = PERIOD * np.arange(angle.size)
     turned = CubicSpline(time, angle).antiderivative()
     since = np.maximum(time - WINDOW, 0.0)

@@ -1,4 +1,4 @@
-"""Names beside their like: pairs, ties, and what is located along what."""
+"""Names beside similar effects: pairs, ties, and regressors of located curves."""
 
 from slipbench.plant.effects.acceleration_limit import AccelerationLimit
 from slipbench.plant.effects.backlash import Backlash
@@ -22,12 +22,12 @@ def test_two_effects_of_the_driveline_are_both_named():
 
 
 def test_an_acceleration_limit_is_named_or_listed_with_what_is_like_it():
-    """A limit acts from where it is reached: it is tried in small steps of its magnitude."""
+    """A limit acts only where it is reached: candidates cover its magnitude in small steps."""
     found = ridden(AccelerationLimit(limit=250.0), library=LIMITS)
-    alike = {n for one in found.equivalents for n in one}
+    indistinguishable = {n for one in found.equivalents for n in one}
     assert len(found.effects) == 1, reported(found)
-    assert "acceleration_limit" in {*names(found), *alike}
-    assert "rate_limit" not in {*names(found), *alike}
+    assert "acceleration_limit" in {*names(found), *indistinguishable}
+    assert "rate_limit" not in {*names(found), *indistinguishable}
 
 
 def test_play_of_a_gear_is_no_stiction():

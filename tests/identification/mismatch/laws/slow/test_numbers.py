@@ -1,4 +1,4 @@
-"""Numbers that err by more than their file says: no wrong name stands for them."""
+"""Parameters with errors beyond their stated tolerance cause no wrong effect name."""
 
 from tests.identification.mismatch.laws.explained import explained, large_errors, reported
 from tests.identification.mismatch.laws.quick.test_numbers import BENT, known_to_factors

@@ -1,4 +1,4 @@
-"""A tyre of another formula is no missing physics: the motorcycle is the blind validation's."""
+"""Another tyre formula is no missing physics: the motorcycle of the blind validation."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ SEED = 7
 
 @pytest.mark.parametrize("formula", [BRUSH, DUGOFF, BURCKHARDT])
 def test_another_formula_of_the_same_stiffness_and_peak_is_no_mismatch(tmp_path, formula):
-    """The formulas differ by some per cent of the peak between: a shape to be calibrated."""
+    """The formulas differ by some per cent of the peak: a shape for calibration."""
     print(f"seed {SEED}")
     rng = np.random.default_rng(SEED)
     truth = draw_truth(rng, formula)

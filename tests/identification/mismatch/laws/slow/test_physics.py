@@ -1,7 +1,7 @@
-"""Physics that every machine may have, hidden in a servo with a pendulum: named, and its size told.
+"""Effects common to machines, hidden in a servo with a pendulum: named with magnitude.
 
-The recordings are made by an integrator of their own (laws/servo.py). Each effect is looked for
-beside all that its page says it is confused with and what they are confused with in turn.
+The recordings come from an independent integrator (laws/servo.py). Each effect competes with
+the effects that its page lists as confusions, and with their confusions in turn.
 """
 
 import math
@@ -88,18 +88,18 @@ def stopped(limit: float, frequency: float = 50.0) -> Callable[[float, float, fl
     def torque(nominal: float, speed: float, angle: float, load: float) -> float:
         deep = abs(angle) - limit
         side = math.copysign(1.0, angle)
-        push = frequency * (frequency * deep + 0.6 * side * speed)
-        return nominal - (side * max(push, 0.0) if deep > 0.0 else 0.0)
+        contact_force = frequency * (frequency * deep + 0.6 * side * speed)
+        return nominal - (side * max(contact_force, 0.0) if deep > 0.0 else 0.0)
 
     return torque
 
 
 def followed(rule: Callable[[float, float], float]) -> Callable[[np.ndarray], np.ndarray]:
-    """A drive that follows the command: rule gives its rate, of what is left and its rate before."""
+    """A drive that follows the command. rule: its rate, from remaining error and last rate."""
 
-    def felt(told: np.ndarray) -> np.ndarray:
-        place, rate, out = float(told[0]), 0.0, np.empty(told.size)
-        for k, value in enumerate(told):
+    def felt(command: np.ndarray) -> np.ndarray:
+        place, rate, out = float(command[0]), 0.0, np.empty(command.size)
+        for k, value in enumerate(command):
             rate = rule(float(value) - place, rate)
             out[k] = place + 0.5 * STEP * rate  # the mean of the step
             place += STEP * rate
@@ -111,25 +111,25 @@ def followed(rule: Callable[[float, float], float]) -> Callable[[np.ndarray], np
 def braked(deceleration: float) -> Callable[[float, float], float]:
     """Rate of the square-root law, by the midpoint rule."""
 
-    def rule(left: float, _: float) -> float:
-        way = abs(left)
+    def rule(remaining: float, _: float) -> float:
+        way = abs(remaining)
         middle = max(way - 0.5 * STEP * math.sqrt(2.0 * deceleration * way), 0.0)
-        return math.copysign(min(math.sqrt(2.0 * deceleration * middle), way / STEP), left)
+        return math.copysign(min(math.sqrt(2.0 * deceleration * middle), way / STEP), remaining)
 
     return rule
 
 
 def slewed(limit: float) -> Callable[[float, float], float]:
     """Rate of a drive that is limited, V/s."""
-    return lambda left, _: min(max(left / STEP, -limit), limit)
+    return lambda remaining, _: min(max(remaining / STEP, -limit), limit)
 
 
 def tired(loss: float, time_constant: float, power: int) -> Callable[[np.ndarray], np.ndarray]:
     """A drive that gives less after work. power: 1, of the amount; 2, of its square."""
 
-    def felt(told: np.ndarray) -> np.ndarray:
-        state, out = 0.0, np.empty(told.size)
-        for k, value in enumerate(told):
+    def felt(command: np.ndarray) -> np.ndarray:
+        state, out = 0.0, np.empty(command.size)
+        for k, value in enumerate(command):
             out[k] = value * (1.0 - loss * state)
             state += STEP / time_constant * (abs(value) ** power - state)
         return out
@@ -139,7 +139,7 @@ def tired(loss: float, time_constant: float, power: int) -> Callable[[np.ndarray
 
 @dataclass(frozen=True)
 class Hidden:
-    """What is hidden, the effect that names it and its size. how: arguments of a ride."""
+    """A hidden effect, its name in the library and its magnitude. how: arguments of a ride."""
 
     name: str
     parameter: str
@@ -214,7 +214,7 @@ def family(name: str) -> tuple[str, ...]:
 def in_units(recording: Recording, machine: ModelSystem) -> Recording:
     """The recording in the units of a model file: commands in angles, or a tachometer."""
     parts = (machine.file.inputs, machine.file.outputs)
-    units = {name: told.size.si_unit for part in parts for name, told in part.items()}
+    units = {name: role.size.si_unit for part in parts for name, role in part.items()}
     channels = {n: replace(c, unit=units[n]) for n, c in recording.channels.items()}
     return replace(recording, channels=channels)
 
@@ -239,13 +239,15 @@ def test_it_is_named_and_its_size_told(machine: ModelSystem, hidden: Hidden) -> 
 
 
 def ties_before_the_gain(found: Verdict, name: str) -> bool:
-    """Whether what acts on the torque leads as the same thing before the gain, and both are listed.
+    """Whether the leading effect acts before the gain and is listed with its twin at the torque.
 
     Its size is then in the unit of the drive.
     """
     lead = names(found)[0]
     behind = lead.replace(".drive", ".torque")
-    return behind != lead and any({lead, behind} <= set(told) for told in found.equivalents)
+    return behind != lead and any(
+        {lead, behind} <= set(equivalent) for equivalent in found.equivalents
+    )
 
 
 def test_a_braking_loop_is_named_alone(commanded: ModelSystem) -> None:
@@ -286,11 +288,11 @@ def test_what_is_one_force_in_this_servo_is_listed_together(
     """Its torque is the rate of its speed, and its drive acts in proportion."""
     library = {n for name in same for n in family(name)}
     found = analysed(machine, how, tuple(sorted(library)))
-    alike = {n.partition(".")[0] for one in found.equivalents for n in one}
+    indistinguishable = {n.partition(".")[0] for one in found.equivalents for n in one}
     named = {n.partition(".")[0] for n in names(found)}
     assert len(named) == 1, reported(found)
     assert named <= same, reported(found)
-    assert same <= alike | named, reported(found)
+    assert same <= indistinguishable | named, reported(found)
 
 
 @pytest.mark.parametrize("seed", [4, 14])

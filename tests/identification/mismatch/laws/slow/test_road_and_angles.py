@@ -1,4 +1,4 @@
-"""Effects with a place, a phase or a speed of their own: found wherever they sit, and not by chance."""
+"""Effects at an unknown place, phase or speed: detected at any value, without false alarms."""
 
 from dataclasses import replace
 
@@ -24,20 +24,20 @@ LOSS, PLACE, LENGTH = 0.4, 60.0, 20.0  # 1, m, m
 
 
 def test_a_torque_that_turns_with_the_crank_is_named_though_no_channel_shows_its_phase():
-    """Each recording begins at another crank angle, which the line itself tells."""
+    """Each recording begins at another crank angle, which is estimated from the torque line."""
     found = ridden(
         CompressionTorque(swing=SWING, cylinders=CYLINDERS),
         library=("compression_torque", "backlash", "driveline_loss"),
     )
     assert names(found) == ["compression_torque"], reported(found)
-    told = {p.name: p.value for p in effect(found, "compression_torque").parameters}
-    assert told["cylinders"] == CYLINDERS
+    estimates = {p.name: p.value for p in effect(found, "compression_torque").parameters}
+    assert estimates["cylinders"] == CYLINDERS
     assert holds(found, "compression_torque", "swing", SWING, slack=0.02)
 
 
 @pytest.mark.parametrize("phase", [1.57, -2.4])
 def test_a_run_out_is_named_at_any_phase(phase):
-    """A score at one phase, or at that and its opposite, sees nothing a quarter turn away."""
+    """A score test at one phase, or at that and its opposite, is blind a quarter turn away."""
     found = ridden(Eccentricity(run_out=RUN_OUT, phase=phase), library=TOOTH)
     assert [e.name for e in found.effects] == ["eccentricity"], reported(found)
     assert holds(found, "eccentricity", "run_out", RUN_OUT, slack=0.02)
@@ -58,7 +58,7 @@ def windy(rides: tuple[Ride, ...]) -> tuple[Ride, ...]:
 
 
 def test_wind_is_neither_a_grade_nor_a_wet_patch_nor_another_drag():
-    """A magnitude at one place counts against its scatter over other places and trials."""
+    """A magnitude at one place is compared with its scatter at placebo locations and trials."""
     library = (*ROAD, "wind", "air_density", "closed_throttle_friction")
     found = ridden(library=library, training=windy(LEARN), held_out=windy(PROVE))
     assert not found.mismatch, reported(found)
@@ -87,13 +87,13 @@ def test_the_intervals_of_its_ends_hold_the_truth(wet, parameter, truth):
 
 
 def other_texture(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
-    """An optical sensor that reads 1 % too much over 80 m of the road."""
+    """An optical sensor that reads 1 % high over 80 m of the road."""
     distance = integrate.cumulative_trapezoid(speed, time, initial=0.0)
     return np.where((distance > 70.0) & (distance < 150.0), 1.01 * speed, speed)
 
 
 def test_a_stretch_of_road_on_which_a_sensor_errs_is_located():
-    """It is short beside the ride: of a curve with few knots over the distance nothing was left."""
+    """It is short compared with the ride: a curve over distance with few knots missed it."""
     rides = (
         *LEARN,
         Ride("sweep", 3, 1150.0, 0.04, 0.5, 9.0, seed=34),

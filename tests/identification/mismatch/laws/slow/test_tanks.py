@@ -1,4 +1,4 @@
-"""Effects that only a pair, or three, explain: no single step of a search leads there."""
+"""Effects that only a pair, or three, explain: no single step of a search reaches them."""
 
 import pytest
 
@@ -34,7 +34,7 @@ def test_two_overflows_are_two_effects(nominal):
     strict=False,
 )
 def test_two_overflows_and_a_bent_sensor_are_three_effects(nominal):
-    """A name taken first is exchanged where another explains more beside the rest."""
+    """The swap step replaces a name where another explains more beside the remaining names."""
     found = explained(nominal, [filled(1, bend=0.02)], [filled(2, bend=0.02)], LIBRARY)
     assert names(found) == [*BOTH, "quadratic.level"], reported(found)
     assert not large_errors(found)

@@ -1,4 +1,4 @@
-"""A shaft of which only the speed is recorded, pushed once a turn by what no name describes."""
+"""A shaft with recorded speed only and a once-per-turn disturbance outside the library."""
 
 from slipbench.identification.mismatch.analysis import accepted, begin
 from slipbench.identification.mismatch.explain import analyse
@@ -11,15 +11,15 @@ from tests.identification.mismatch.laws.explained import reported
 
 
 def test_pulses_are_told_as_a_curve_around_the_turn_and_not_found_again(tmp_path):
-    """The recordings begin at angles that nobody knows; so do those held out."""
+    """The initial angle of each training and held-out recording is unknown."""
     rides = [turned(seed, "tacho", pulses(60.0), drive=2.0) for seed in range(5)]
     first = analysed(drum(tmp_path, text_of("tacho")), rides)
-    told = verdict(first)
-    assert told.unknown, reported(told)
-    assert told.curve is not None
-    assert told.curve.regressor == "turn of angle"
-    (error,) = told.held_out
-    assert error.improved < 1.5 * NOISE["tacho"] < 0.1 * error.calibrated, reported(told)
+    result = verdict(first)
+    assert result.unknown, reported(result)
+    assert result.curve is not None
+    assert result.curve.regressor == "turn of angle"
+    (error,) = result.held_out
+    assert error.improved < 1.5 * NOISE["tacho"] < 0.1 * error.calibrated, reported(result)
 
     improved = drum(tmp_path, improved_system(accepted(first)).text())
     assert improved.file.curves[0].periodic
