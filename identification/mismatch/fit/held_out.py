@@ -166,23 +166,31 @@ def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
 
     improved: the held-out model in which the identified effects act.
     """
-    before = simulated_only(model, base.model.at(base.point), fit)
-    return simulated_only(improved, fit.model.at(fit.point), fit).score - before.score
+    before, after = _predictions(model, base, fit, improved)
+    return after.score - before.score
 
 
 def error_ratio(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
     """Return the held-out error of a fit over that of a base, of the output where it is largest.
 
-    Both have unchanged parameters; improved: as for `predicted_gain`.
+    Both have unchanged parameters; improved: as for `predicted_gain`. Outputs that are not recorded
+    there do not count.
     """
-    before = simulated_only(model, base.model.at(base.point), fit)
-    after = simulated_only(improved, fit.model.at(fit.point), fit)
-    ratios = [
-        math.sqrt(np.mean(_segment_squares(after, b, j)) / np.mean(_segment_squares(before, b, j)))
+    before, after = _predictions(model, base, fit, improved)
+    squares = (
+        [float(np.mean(_segment_squares(run, b, j))) for run in (before, after)]
         for b, group in enumerate(model.partition.groups)
         for j in range(len(group.outputs))
-    ]
-    return max(ratios)
+    )
+    return max((math.sqrt(two / one) for one, two in squares if one > 0.0), default=1.0)
+
+
+@lru_cache(maxsize=2)
+def _predictions(model: Model, base: Fit, fit: Fit, improved: Model) -> tuple[Fit, Fit]:
+    return (
+        simulated_only(model, base.model.at(base.point), fit),
+        simulated_only(improved, fit.model.at(fit.point), fit),
+    )
 
 
 def mispredicted(model: Model, base: Fit, fit: Fit, most: float) -> Veto | None:

@@ -17,6 +17,7 @@ from slipbench.identification.mismatch.simulation.coordinates import (
     Coordinate,
 )
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
+from slipbench.identification.mismatch.simulation.once import once
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.regressor import DETAIL, TURN, kind_of, with_kinds
 from slipbench.identification.mismatch.simulation.system import System
@@ -406,14 +407,15 @@ class ModelSystem(System):
     ) -> dict[str, Floats]:
         """Return quantities and the regressors of their past, hysteresis, detail and scale.
 
-        Of quantities with the same waveform only the first is used. The past of a state follows
-        from that of the inputs. The scale of a quantity varies over time and over measured
+        A seam or an output that renames a quantity has no regressors of its own. The past of a state
+        follows from that of the inputs. The scale of a quantity varies over time and over measured
         quantities.
         """
         inputs = {_word(n) for n in self.equations.inputs}
-        first = first_of_each_waveform(quantities)
-        names = [n for n in dict.fromkeys(first.values()) if n != TIME]
-        over = [TIME, *(n for n in names if n in {first[o] for o in outputs})]
+        renamed = self._renamed
+        names = [n for n in quantities if n != TIME and n not in renamed]
+        measured = {renamed.get(o, o) for o in outputs}
+        over = [TIME, *(n for n in names if n in measured)]
         return with_kinds(
             quantities,
             past=[n for n in names if n in inputs],
@@ -421,6 +423,19 @@ class ModelSystem(System):
             detail=names,
             scaled=[(n, other) for n in names for other in over if n != other],
         )
+
+    @once
+    def _renamed(self) -> dict[str, str]:
+        """The quantity of every seam and output whose equation is only its name."""
+        found: dict[str, str] = {}
+        own = {*self.equations.inputs, *self.equations.states}
+        equations = {n: seam.value for n, seam in self.file.seams.items()}
+        equations |= {n: output.value for n, output in self.file.outputs.items()}
+        for name, equation in equations.items():
+            value = equation.strip()
+            if name not in own and value in own | self.file.seams.keys():
+                found[_word(name)] = found.get(_word(value), _word(value))
+        return found
 
     def _angle(self, name: str, record: Record, out: SimulatedColumns) -> Floats:
         """Return an angle, (rows,): recorded, else simulated, perhaps with a phase error."""
@@ -434,18 +449,6 @@ class ModelSystem(System):
         if isinstance(effect, SeamEffect) and effect.uses == "turn":
             return f"{TURN}{_word(effect.place.other)}"
         return ""
-
-
-def first_of_each_waveform(quantities: Mapping[str, Floats]) -> dict[str, str]:
-    """Return for each quantity the first one that has the same waveform, by name.
-
-    quantities: waveforms by name, shape (rows,) each.
-    """
-    found: dict[str, str] = {}
-    for name, waveform in quantities.items():
-        same = (n for n in dict.fromkeys(found.values()) if np.array_equal(waveform, quantities[n]))
-        found[name] = next(same, name)
-    return found
 
 
 def _word(name: str) -> str:

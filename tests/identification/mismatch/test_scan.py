@@ -6,8 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.curves.scan import RIDGE, _cross_predicted, _solved
-from slipbench.identification.mismatch.simulation.regressor import quantity_of, with_kinds
-from slipbench.identification.mismatch.systems.system import first_of_each_waveform
+from slipbench.identification.mismatch.simulation.regressor import kind_of, quantity_of, with_kinds
+from slipbench.identification.mismatch.systems.system import ModelSystem
+from slipbench.protocol.recording.channel import Channel
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.role_map import RoleMap, Source
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(-3.0, 12.0))
@@ -27,12 +30,56 @@ def test_dependent_columns_of_any_size_have_a_solution(seed, exponent):
     assert np.all(np.isfinite(predicted))
 
 
-WAVES = {"a": [1.0, 2.0], "b": [1.0, 2.0], "c": [2.0, 1.0], "d": [2.0, 1.0], "e": [0.0, 0.0]}
+WAVES = {"a": [1.0, 2.0], "b": [1.0, 2.0]}
+THREE_INPUTS = """
+name = "Three inputs"
+step = "10 ms"
+period = "10 ms"
+
+[parameters]
+rate = { value = 3, unit = "1/s" }
+
+[inputs]
+a = { role = "a", size = { value = 1, unit = "m" } }
+b = { role = "b", size = { value = 1, unit = "m" } }
+c = { role = "c", size = { value = 1, unit = "m" } }
+
+[states.x]
+rate = "rate * (a + b + c - x)"
+size = { value = 1, unit = "m" }
+
+[seams.level]
+value = "x"
+size = { value = 1, unit = "m" }
+
+[outputs.shown]
+role = "shown"
+value = "level"
+size = { value = 1, unit = "m" }
+"""
 
 
-def test_quantities_with_the_same_waveform_are_one():
-    waves = {name: np.array(wave) for name, wave in WAVES.items()}
-    assert first_of_each_waveform(waves) == {"a": "a", "b": "a", "c": "c", "d": "c", "e": "e"}
+@pytest.mark.parametrize("excited", ["a", "b", "c"])
+def test_inputs_that_rest_together_in_one_recording_keep_their_regressors(tmp_path, excited):
+    """One input at a time is excited: those at rest have the same waveform in that recording."""
+    path = tmp_path / "three.toml"
+    path.write_text(THREE_INPUTS, encoding="utf-8")
+    system = ModelSystem.load(path)
+    time = 0.01 * np.arange(600)
+    waves = {n: np.sin(5.0 * time) * (n == excited) for n in "abc"} | {"shown": np.sin(3.0 * time)}
+    roles = RoleMap(
+        title="three",
+        quantities=dict.fromkeys(waves, "m"),
+        roles={r: Source(column=r) for r in waves},
+    )
+    channels = {r: Channel(r, time, y, "m", "bus", "made") for r, y in waves.items()}
+    record = system.prepare(Recording(tmp_path, {}, None, roles, channels, {}))
+    partition = system.partition([record])
+    q = np.zeros(record.slow.shape[1])
+    found = system.regressors(record, partition, partition.groups[0].subsystem, q, {})
+    assert {f"past of {n}" for n in "abc"} <= set(found)
+    assert {f"hysteresis of {n}" for n in "abcx"} <= set(found)
+    assert not any(quantity_of(n) in ("level", "shown") and kind_of(n) for n in found)
 
 
 @pytest.mark.parametrize("missing", ["a", "b"])
