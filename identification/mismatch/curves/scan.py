@@ -8,6 +8,7 @@ import numpy as np
 from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.tooth_curve import discs, tooth_columns
 from slipbench.identification.mismatch.curves.trace import (
+    RecordRegressors,
     concatenated_bins,
     sensors_as_places,
     simulated_responses,
@@ -67,9 +68,10 @@ def scan_curves(linear: Linearization, whitened: Whitened) -> Iterator[list[Curv
         }
         varying = {n: k for n, k in knots.items() if k.size > 2}
         for batch in _batches(varying, len(linear.clusters)):
+            units = _units(batch, by_record)
             for place in points:
                 if place.subsystem == subsystem:
-                    yield _at_place(linear, place, batch, whitened)
+                    yield _at_place(linear, place, batch, units, whitened)
 
 
 def _batches(knots: Mapping[str, Floats], rows: int) -> Iterator[dict[str, Floats]]:
@@ -85,15 +87,18 @@ def _batches(knots: Mapping[str, Floats], rows: int) -> Iterator[dict[str, Float
 
 
 def _at_place(
-    linear: Linearization, place: InjectionPoint, knots: Mapping[str, Floats], whitened: Whitened
+    linear: Linearization,
+    place: InjectionPoint,
+    knots: Mapping[str, Floats],
+    units: Floats,
+    whitened: Whitened,
 ) -> list[CurveCandidate]:
-    """Fit the curves over these regressors at one injection point.
+    """Fit the curves over these regressors at one injection point. units: see `_units`.
 
     Nuisances are projected out of the columns only where the gain suffices for cross-validation:
     for the values, products with the nuisances suffice (see `Nuisances.products`).
     """
     tents = whitened.along(place.subsystem, knots)
-    units = np.concatenate([_units(n, k, whitened, place) for n, k in knots.items()])
     columns = place.size * whitened.columns(place, tents) * units
     gradients = columns.T @ linear.residuals[: len(columns)]
     correlations, coordinates = linear.nuisances.products(columns)
@@ -125,15 +130,17 @@ def _solved(normal: Floats, gradient: Floats, columns: Floats) -> Floats:
     return np.asarray(np.linalg.solve(normal + (RIDGE + rounding) * np.eye(len(normal)), gradient))
 
 
-def _units(regressor: str, knots: Floats, whitened: Whitened, place: InjectionPoint) -> Floats:
-    """Return the values of a curve (knots,) for which its waveforms are of order 1.
+def _units(knots: Mapping[str, Floats], by_record: RecordRegressors) -> Floats:
+    """Return values for which the waveform of each knot is of order 1, of all curves, (knots,).
 
-    A gain of 1 on a pressure of 1e6 Pa would be that many typical disturbances, and the ridge
-    nothing beside it.
+    A gain of 1 on a pressure of 1e6 Pa would be 1e6 typical disturbances; the ridge would vanish.
     """
-    z = np.concatenate([z[regressor] for _, z in whitened.seen_by(place.subsystem)], axis=-1)
-    reached = half_range(regressor, z, knots)
-    return np.where(reached > 0.0, 1.0 / np.where(reached > 0.0, reached, 1.0), 1.0)
+    reached = [
+        half_range(n, np.concatenate([z[n] for _, z in by_record], axis=-1), k)
+        for n, k in knots.items()
+    ]
+    size = np.concatenate(reached)
+    return np.where(size > 0.0, 1.0 / np.where(size > 0.0, size, 1.0), 1.0)
 
 
 def around_turns(linear: Linearization, whitened: Whitened) -> Iterator[list[CurveCandidate]]:
@@ -151,7 +158,8 @@ def around_turns(linear: Linearization, whitened: Whitened) -> Iterator[list[Cur
                 series = simulated_responses(linear.fit, place, regressor, knots, values, by_record)
                 yield [_periodic_candidate(linear, place, regressor, knots, series)]
             elif knots.size > 2 and regressor != ANGLE:  # a wheel sensor is tested at its teeth
-                yield _at_place(linear, place, {regressor: knots}, whitened)
+                units = np.ones(knots.size)
+                yield _at_place(linear, place, {regressor: knots}, units, whitened)
 
 
 def at_teeth(linear: Linearization) -> Iterator[list[CurveCandidate]]:
