@@ -150,8 +150,12 @@ def selected_pair(
 
 
 def _check_roles(data: Aligned, names: Names) -> None:
-    """Raise InputError where no signal is a role of the bench: then nothing says what is the input."""
-    if any(role in ROLES for role in (*data.time, *data.absent)):
+    """Raise InputError where no signal is a role of the bench: then nothing says what is the input.
+
+    Without any signal nothing can be given: the identification says what is missing.
+    """
+    signals = (*data.time, *data.absent)
+    if not signals or any(role in ROLES for role in signals):
         return
     raise names.not_given(
         "--input, --output and --window",

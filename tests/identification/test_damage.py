@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from slipbench.identification.models.study import study_of
@@ -44,6 +44,7 @@ hows = st.sampled_from(["whole", "whole", "absent", "cut", "few", "unknown", "st
 
 
 @given(damage=st.fixed_dictionaries(dict.fromkeys(WHOLE.channels, hows)), seed=st.integers(0, 99))
+@example(damage=dict.fromkeys(WHOLE.channels, "absent"), seed=0)
 @settings(max_examples=60, deadline=None)
 # What other tests left behind may be collected here; that says nothing about this recording.
 @pytest.mark.filterwarnings("error", "ignore::ResourceWarning")
