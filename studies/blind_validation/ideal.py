@@ -147,16 +147,15 @@ class Observer:
         return tuple(h for h in self.case.hidden if h not in known)
 
     def ride(self, r: int, effects: Effects) -> Course:
-        """Simulated run of a trial with some of the hidden effects, without combustion noise.
+        """Simulated run of a trial with some of the hidden effects, without bumps and combustion noise.
 
-        Its power strokes differ with the crank angle, so that they would not cancel in a
-        difference.
+        An effect changes the response to them, which no recording shows: they would not cancel in a
+        difference. Wind and grade stay, since the motion that they cause is recorded.
         """
         key = r, tuple(h.key for h in effects if not h.subject)
         if key not in self.rides:
-            trial = self.trials[r]
-            still = replace(trial, roughness=replace(trial.roughness, combustion=1e-12))
-            faults = secret_of(effects)
+            trial, faults = self.trials[r], secret_of(effects)
+            still = replace(trial, roughness=replace(trial.roughness, bump=0.0, combustion=0.0))
             self.rides[key], _ = course_of(self.case.truth, faults, still, self.case.faults)
         return self.rides[key]
 

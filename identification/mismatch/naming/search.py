@@ -14,7 +14,11 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from slipbench.identification.mismatch.fit.calibrate import beyond_prior, parameters_far_from_prior
+from slipbench.identification.mismatch.fit.calibrate import (
+    beyond_prior,
+    far_from_prior,
+    parameters_far_from_prior,
+)
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import mispredicted
 from slipbench.identification.mismatch.fit.linearization import Linearization
@@ -120,11 +124,13 @@ class Search:
                 named = replace(named, screenings=named.screenings + 1)
             screened = self._screened(named, named.fit) if named.names else named.scores
             fits = promising_fits(rough, screened, self.say)
-            from_file = self._from_the_file(named) if _newly_far(named) else []
-            named = replace(named, screenings=named.screenings + bool(from_file))
-            step = self._step(named, [*fits, *from_file])
-            if len(step.names) == len(named.names) and (others := others_refined(rough, fits)):
-                step = self._step(named, [*fits, *from_file, *others])
+            step = self._step(named, fits)
+            if _newly_far(named) and (step.names == named.names or far_from_prior(step.fit)):
+                fits += (from_file := self._from_the_file(named))
+                named = replace(named, screenings=named.screenings + bool(from_file))
+                step = self._step(named, fits)
+            if step.names == named.names and (others := others_refined(rough, fits)):
+                step = self._step(named, [*fits, *others])
             if len(step.names) == len(named.names):
                 return step
             named = step

@@ -15,14 +15,21 @@ from slipbench.studies.blind_validation.ideal import Observer, ideal
 SEED, NUMBER = 1, 9
 
 
-def case_with(*hidden: Hidden, combustion: float = 1e-12) -> Case:
-    """One case with these effects; two short trials, combustion noise as given, filters stated."""
+def case_with(*hidden: Hidden, combustion: float = 1e-12, bump: float | None = None) -> Case:
+    """One case with these effects; two short trials, combustion noise and bumps as given.
+
+    Its filters are stated. bump: None for that of the case.
+    """
     case = draw_case(SEED, NUMBER)
     trials = tuple(
         replace(
             t,
             excitation=replace(t.excitation, seconds=9.0),
-            roughness=replace(t.roughness, combustion=combustion),
+            roughness=replace(
+                t.roughness,
+                combustion=combustion,
+                bump=t.roughness.bump if bump is None else bump,
+            ),
         )
         for t in case.training[:2]
     )
@@ -77,6 +84,20 @@ def test_the_difference_is_what_the_recordings_differ_by(
             explained += np.sum((true / (scale + 1e-9)) ** 2)
             unexplained += np.sum(((true - mine) / (scale + 1e-9)) ** 2)
     assert unexplained < 0.05 * explained
+
+
+WARMTH = Hidden("grip_temperature", "moderate", "", {"sensitivity": -3e-3})
+
+
+def test_the_response_to_bumps_is_no_evidence(tmp_path: Path) -> None:
+    """A tyre of less grip answers bumps differently; the bumps are in no recording."""
+    smooth, rough = (case_with(WARMTH, bump=b) for b in (0.0, 0.025))
+    model = model_of(smooth, tmp_path / "case")
+    of_smooth, of_rough = (Observer(c, c.training).difference(model, ()) for c in (smooth, rough))
+    assert any(np.any(d) for ds in of_smooth for d in ds)
+    for one, other in zip(of_smooth, of_rough, strict=True):
+        for a, b in zip(one, other, strict=True):
+            np.testing.assert_array_equal(a, b)
 
 
 def test_the_gain_is_that_of_a_whole_calibration_without_the_effect(tmp_path: Path) -> None:
