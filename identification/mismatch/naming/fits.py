@@ -50,12 +50,20 @@ def near_ones_refined(base: Fit, rough: Iterable[Fit | None]) -> list[Fit]:
     """Return optimized fits, with the best and those near it refined.
 
     Updated sensitivities improve a fit only slightly; a fit far behind stays behind. An exception
-    are fits that the noise model keeps near their start: these are always refined.
+    are fits that the noise model keeps near their start: these are refined too, unless the best fit
+    is free of that.
     """
     fits = [f for f in rough if f is not None]
-    threshold = NEAR * max((_effective_gain(f, base) for f in fits), default=0.0)
+    best = max(fits, key=lambda f: _effective_gain(f, base), default=None)
+    if best is None:
+        return []
+    threshold, hidden = NEAR * _effective_gain(best, base), hidden_by_noise(best)
     return in_threads(
-        lambda f: _refined(f) if _effective_gain(f, base) >= threshold or hidden_by_noise(f) else f,
+        lambda f: (
+            _refined(f)
+            if _effective_gain(f, base) >= threshold or (hidden and hidden_by_noise(f))
+            else f
+        ),
         fits,
     )
 
@@ -115,21 +123,28 @@ def _distinct_gains(scores: Sequence[Score]) -> list[float]:
 
 
 def fits_from_the_file(
-    fit: Fit, library: Sequence[type[Effect]], say: Say, before: Screening | None = None
+    fit: Fit,
+    library: Sequence[type[Effect]],
+    say: Say,
+    before: Screening | None = None,
+    required: float = -math.inf,
 ) -> list[Fit]:
     """Refined fits of effects that replace parameters moved far from the file, best first.
 
     Other parameters compensate for a part of an effect: a backlash worth 210 nats scored 2.3.
-    before: a screening of another fit of the same recordings.
+    before: a screening of another fit of the same recordings. required: log-posterior below which
+    a fit is not needed, nats.
     """
     if not far_from_prior(fit):
         return []
     say(f"Screening {len(library)} effects beside the numbers of the file")
     start = replacement(fit, tuple(library), before)
-    selected = promising(start.scores, TRACE) if start else []
+    if start is None:
+        return []
+    selected = promising(start.scores, TRACE)
     for score in selected:
         say(f"Fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
-    fits = in_threads(start.fitted, selected) if start else []
+    fits = in_threads(lambda score: start.fitted(score, required), selected)
     return by_score(f for f in fits if f is not None)
 
 

@@ -4,6 +4,7 @@ The library is screened with those parameters fixed at the values of the file. A
 must gain a sufficient share of what their deviations gained; then everything is fitted again.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -36,25 +37,39 @@ class Replacement:
         """Gain required of an effect beside the fixed parameters, nats."""
         return REPLACED_SHARE * (self.fit.score - self.fixed.score)
 
-    def fitted(self, score: Score) -> Fit | None:
-        """Return the fit of everything with an effect in their place; None if it does not."""
+    def fitted(self, score: Score, required: float = -math.inf) -> Fit | None:
+        """Return the fit of everything with an effect in their place; None if it does not.
+
+        required: log-posterior below which a fit is not needed, nats.
+        """
         name = score.candidate.name
         if name not in self.fits:
             try:
-                self.fits[name] = self._fitted(score)
+                beside = self._beside(score)
+                if beside is not None and self._reach(beside) < required:
+                    return None
+                self.fits[name] = beside and freed(beside, self.fit.model)
             except PlantError:
                 self.fits[name] = None
         return self.fits[name]
 
-    def _fitted(self, score: Score) -> Fit | None:
+    def _beside(self, score: Score) -> Fit | None:
         """Fit beside the fixed parameters until the effect gains enough to replace them."""
         effects = (*self.fixed.candidates, score.as_large_as_scored())
         beside = optimize(with_effects(self.fixed, effects))
         for _ in range(2):
             if beside.score > self.fixed.score + self.least:
-                return freed(beside, self.fit.model)
+                return beside
             beside = optimize(relinearized(beside))
         return None
+
+    def _reach(self, beside: Fit) -> float:
+        """Return the log-posterior that a fit may reach once the fixed parameters are freed, nats.
+
+        They gain what they gained without the effect if they are independent of it, and less where
+        it replaces them.
+        """
+        return beside.score + max(self.fit.score - self.fixed.score, 0.0)
 
 
 @lru_cache(maxsize=1)

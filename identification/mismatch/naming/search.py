@@ -126,7 +126,8 @@ class Search:
             fits = promising_fits(rough, screened, self.say)
             step = self._step(named, fits)
             if _newly_far(named) and (step.names == named.names or far_from_prior(step.fit)):
-                fits += (from_file := self._from_the_file(named))
+                required = step.fit.score if step.names != named.names else -math.inf
+                fits += (from_file := self._from_the_file(named, required))
                 named = replace(named, screenings=named.screenings + bool(from_file))
                 step = self._step(named, fits)
             if step.names == named.names and (others := others_refined(rough, fits)):
@@ -230,8 +231,8 @@ class Search:
     def _screened(self, named: Named, fit: Fit) -> list[Score]:
         return screen(Linearization.of(fit), self.library, named.first).scores
 
-    def _from_the_file(self, named: Named) -> list[Fit]:
-        return fits_from_the_file(named.fit.coarse, self.library, self.say, named.first)
+    def _from_the_file(self, named: Named, required: float) -> list[Fit]:
+        return fits_from_the_file(named.fit.coarse, self.library, self.say, named.first, required)
 
     def _rule(self, named: Named) -> Acceptance:
         return Acceptance(named.first.tests, self.held_out, named.screenings, named.found_in)

@@ -26,9 +26,7 @@ def case_with(*hidden: Hidden, combustion: float = 1e-12, bump: float | None = N
             t,
             excitation=replace(t.excitation, seconds=9.0),
             roughness=replace(
-                t.roughness,
-                combustion=combustion,
-                bump=t.roughness.bump if bump is None else bump,
+                t.roughness, combustion=combustion, bump=t.roughness.bump if bump is None else bump
             ),
         )
         for t in case.training[:2]
