@@ -180,7 +180,7 @@ class MotorcycleSystem(System):
         drives = any(
             causal_cut.changes_simulation(effect, partition, d) for d in partition.subsystems
         )
-        return hasattr(effect, "measure") and not drives
+        return not drives and (hasattr(effect, "measure") or hasattr(effect, "tooth_offsets"))
 
     def simulate(
         self,

@@ -29,6 +29,9 @@ LONGEST = 8  # largest number of scores fitted
 NEAR = 0.7
 """Share of the best score's gain above which an effect may be indistinguishable from the best."""
 WORTH = 6.0  # nats; score required for a full fit
+UNLIKELY = 0.1
+"""p of a score above which an effect cannot be significant: it is negligible, or acts where the
+residual varies as much without it."""
 ABSORBED = 0.01
 """Share of an effect response outside the nuisances below which it may be a linearization error."""
 MUCH = 100.0  # nats; gain required of such an effect if the parameters were known
@@ -87,19 +90,22 @@ def _refined(fit: Fit) -> Fit:
     return _none_if_not_runnable(lambda: refined(fit)) or fit
 
 
-def promising(scores: Sequence[Score], enough: float = WORTH) -> list[Score]:
+def promising(
+    scores: Sequence[Score], enough: float = WORTH, largest_p: float = UNLIKELY
+) -> list[Score]:
     """Return the scores that justify a fit, and effects that calibration almost absorbs.
 
-    enough: score required, nats.
+    enough: score required, nats. largest_p: of a score; 1 where the residual is no noise.
 
     The growth of a tyre with speed is nearly absorbed by radius, grip and drag: it scored 3 nats,
     and gained 116 when it was fitted jointly with them.
     """
-    threshold = NEAR * (scores[0].log_likelihood_gain if scores else 0.0)
-    least = min(_distinct_gains(scores), default=0.0)
+    possible = [s for s in scores if s.p <= largest_p and _at_places(s) > enough]
+    threshold = NEAR * (possible[0].log_likelihood_gain if possible else 0.0)
+    least = min(_distinct_gains(possible), default=0.0)
     leading = [
         s
-        for s in scores[:LONGEST]
+        for s in possible[:LONGEST]
         if s.log_likelihood_gain > threshold or s.log_likelihood_gain >= least
     ]
     absorbed = [
@@ -107,8 +113,13 @@ def promising(scores: Sequence[Score], enough: float = WORTH) -> list[Score]:
         for s in scores
         if s.log_likelihood_gain > TRACE and s.kept < ABSORBED and s.typical > MUCH
     ]
-    selected = [s for s in leading if s.log_likelihood_gain > enough]
-    return [*selected, *(s for s in absorbed if s not in selected)][:LONGEST]
+    return [*leading, *(s for s in absorbed if s not in leading)][:LONGEST]
+
+
+def _at_places(score: Score) -> float:
+    """Gain, nats, divided by the variance inflation at placebo locations."""
+    placebo = score.candidate.placebo
+    return score.log_likelihood_gain / (placebo.inflation if placebo else 1.0)
 
 
 def _distinct_gains(scores: Sequence[Score]) -> list[float]:
@@ -141,7 +152,7 @@ def fits_from_the_file(
     start = replacement(fit, tuple(library), before)
     if start is None:
         return []
-    selected = promising(start.scores, TRACE)
+    selected = promising(start.scores, TRACE, largest_p=1.0)
     for score in selected:
         say(f"Fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
     fits = in_threads(lambda score: start.fitted(score, required), selected)
@@ -185,15 +196,15 @@ def beside_the_file(fit: Fit) -> Fit | None:
     return _none_if_not_runnable(lambda: map_fit(at_prior_mean(fit)))
 
 
-def moved(base: Fit, fit: Fit, i: int, relocated: Candidate) -> Fit | None:
+def moved(without: Fit, fit: Fit, i: int, relocated: Candidate) -> Fit | None:
     """Return the fit with one of its effects at another location, started with all else unchanged.
 
     None where it cannot be simulated, is far behind before the refinement, or gains less after it.
-    base: the fit without effects.
+    without: the fit without that effect.
     """
     others = (*fit.candidates[:i], *fit.candidates[i + 1 :])
     rough = _none_if_not_runnable(lambda: optimize(with_effects(fit, (*others, relocated))))
-    if rough is None or rough.score < base.score + NEAR * (fit.score - base.score):
+    if rough is None or rough.score < without.score + NEAR * (fit.score - without.score):
         return None
     new = _refined(rough)
     return new if new.score > fit.score else None

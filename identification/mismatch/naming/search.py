@@ -14,6 +14,8 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from slipbench.identification.mismatch.fit.calibrate import (
     beyond_prior,
     far_from_prior,
@@ -57,6 +59,8 @@ from slipbench.plant.effects.effect import Effect
 MOST = 3
 CHANCES = 3  # number of passing fits that are tested on the held-out recordings
 ROUNDS = 2  # of swap steps
+ALIKE = 0.05
+"""Prior deviations within which fits of the same effects are one."""
 
 Say = Callable[[str], None]
 
@@ -126,11 +130,8 @@ class Search:
             fits = promising_fits(rough, screened, self.say)
             step = self._step(named, fits)
             if _newly_far(named) and (step.names == named.names or far_from_prior(step.fit)):
-                required = step.fit.score if step.names != named.names else -math.inf
-                fits += (from_file := self._from_the_file(named, required))
-                named = replace(named, screenings=named.screenings + bool(from_file))
-                step = self._step(named, fits)
-            if step.names == named.names and (others := others_refined(rough, fits)):
+                named, fits, step = self._beside_the_file(named, fits, step)
+            if step.names == named.names and (others := others_refined(rough, _simulated(fits))):
                 step = self._step(named, [*fits, *others])
             if len(step.names) == len(named.names):
                 return step
@@ -209,7 +210,7 @@ class Search:
                 yield new
         relocated = list(at_other_places(removed, self.library, fit.model))
         for score in by_log_likelihood_gain(scores(Linearization.of(without), relocated))[:SECONDS]:
-            new = moved(named.base, fit, i, score.candidate)
+            new = moved(without, fit, i, score.candidate)
             if new is not None:
                 yield new
 
@@ -231,8 +232,22 @@ class Search:
     def _screened(self, named: Named, fit: Fit) -> list[Score]:
         return screen(Linearization.of(fit), self.library, named.first).scores
 
-    def _from_the_file(self, named: Named, required: float) -> list[Fit]:
-        return fits_from_the_file(named.fit.coarse, self.library, self.say, named.first, required)
+    def _beside_the_file(
+        self, named: Named, fits: list[Fit], step: Named
+    ) -> tuple[Named, list[Fit], Named]:
+        """Return state, fits and step with effects fitted from the file, if these are as good.
+
+        fits: promising ones; step: what follows from them alone.
+        """
+        required = step.fit.score - INDISTINGUISHABLE if step.names != named.names else -math.inf
+        from_file = fits_from_the_file(
+            named.fit.coarse, self.library, self.say, named.first, required
+        )
+        if all(f.score < required for f in from_file):
+            return named, fits, step
+        named = replace(named, screenings=named.screenings + 1)
+        fits = [*fits, *from_file]
+        return named, fits, self._step(named, fits)
 
     def _rule(self, named: Named) -> Acceptance:
         return Acceptance(named.first.tests, self.held_out, named.screenings, named.found_in)
@@ -251,9 +266,39 @@ def _finer(named: Named, new: Fit, passed: Sequence[Fit]) -> Fit:
     if beyond_prior(named.base):
         candidates += [f for f in (beside_the_file(new),) if f is not None]
     return max(
-        (refit_with_updated_jacobian(f.fine(named.fit.model)) for f in candidates),
+        (refit_with_updated_jacobian(f.fine(named.fit.model)) for f in _different(candidates)),
         key=lambda f: f.score,
     )
+
+
+def _different(fits: Sequence[Fit]) -> list[Fit]:
+    """Return fits with the same effects that differ from each other, best first."""
+    kept: list[Fit] = []
+    for fit in by_score(fits):
+        if not any(_alike(fit, other) for other in kept):
+            kept.append(fit)
+    return kept
+
+
+def _alike(one: Fit, other: Fit) -> bool:
+    """Return whether two fits with the same effects have nearly the same parameters."""
+    effects = {c.name: c for c in other.effects}
+    return bool(np.all(np.abs(one.point.x - other.point.x) < ALIKE)) and all(
+        c.pattern == effects[c.name].pattern
+        and np.all(
+            np.abs(np.subtract(c.parameters, effects[c.name].parameters))
+            < ALIKE * np.array(c.deviations)
+        )
+        for c in one.effects
+    )
+
+
+def _simulated(fits: Sequence[Fit]) -> list[Fit]:
+    """Return the fits whose last effect acts in the simulation, not in a sensor alone.
+
+    Updated sensitivities of the system do not change the response of a sensor.
+    """
+    return [f for f in fits if not f.model.changes_only_sensors(f.point.effects[-1])]
 
 
 def _newly_far(named: Named) -> bool:

@@ -139,18 +139,19 @@ def test_sensitivities_of_where_a_fit_began_do_not_lead_it_to_its_end():
 
 
 @pytest.mark.parametrize(
-    ("gain", "kept", "typical", "tried"),
+    ("gain", "kept", "p", "typical", "tried"),
     [
-        (3.0, 0.001, 500.0, True),
-        (1.0, 0.001, 500.0, False),
-        (3.0, 0.1, 500.0, False),
-        (3.0, 0.001, 50.0, False),
-        (9.0, 0.1, 50.0, True),
+        (3.0, 0.001, 0.5, 500.0, True),
+        (1.0, 0.001, 0.5, 500.0, False),
+        (3.0, 0.1, 0.01, 500.0, False),
+        (3.0, 0.001, 0.01, 50.0, False),
+        (9.0, 0.1, 0.01, 50.0, True),
+        (9.0, 0.1, 0.5, 50.0, False),
     ],
 )
 def test_what_scores_little_is_fitted_only_if_calibration_makes_up_for_it(
-    gain, kept, typical, tried
+    gain, kept, p, typical, tried
 ):
     (kind,) = candidates(RadiusGrowth)
-    score = Score(kind, 1.0, gain, 9.0, kept, 0.1, typical)
+    score = Score(kind, 1.0, gain, 9.0, kept, p, typical)
     assert bool(promising([score])) == tried
