@@ -16,7 +16,11 @@ from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.simulation.model import Model, models
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
-from slipbench.identification.mismatch.thresholds import EXCITED, INDISTINGUISHABLE
+from slipbench.identification.mismatch.thresholds import (
+    EXCITED,
+    FALSE_ALARM_RATE,
+    INDISTINGUISHABLE,
+)
 
 
 @dataclass(eq=False)
@@ -78,10 +82,14 @@ def accepted(a: Analysis) -> Fit:
 
 
 def unexplained(a: Analysis) -> bool:
-    """Return whether a significant residual remains beside the accepted effects (if any)."""
+    """Return whether a significant residual remains beside the accepted effects (if any).
+
+    Without any, also where effects are significant on the training recordings and contradicted by
+    the held-out ones: something is missing, but not what these effects describe.
+    """
     assert a.named is not None
     if not a.named.names:
-        return _any_significant(a.before)
+        return _any_significant(a.before) or a.named.p < FALSE_ALARM_RATE
     return not a.names_kept and a.remains is not None and not a.remains.small
 
 

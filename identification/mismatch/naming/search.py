@@ -143,7 +143,7 @@ class Search:
         rough, rule = named.fit.coarse, self._rule(named)
         by_rank = by_score(fits)
         passed = [t for t in by_rank if rule.accepts(rough, t)]
-        vetoes = list(named.vetoes)
+        vetoes, p = list(named.vetoes), named.p
         for new in plausible_first(passed, len(rough.candidates), INDISTINGUISHABLE)[:CHANCES]:
             finer = _finer(named, new, passed)
             if not rule.accepts(named.fit, finer):
@@ -152,7 +152,9 @@ class Search:
             if contradiction is None:
                 return self._with(replace(named, vetoes=tuple(vetoes)), new, finer, by_rank)
             vetoes.append(contradiction)
-        p = named.p if passed else min((rule.p(rough, t) for t in by_rank), default=1.0)
+            p = min(p, *rule.ps(finer))
+        if not passed:
+            p = min((rule.p(rough, t) for t in by_rank), default=1.0)
         return replace(named, vetoes=tuple(vetoes), p=p)
 
     def _with(self, named: Named, new: Fit, finer: Fit, fits: Sequence[Fit]) -> Named:

@@ -91,7 +91,7 @@ def _complete_verdict(a: Analysis) -> Verdict:
         suspected=None if location else _suspected(a),
         effects=effects,
         unknown=unknown,
-        shape=_shape(a, localizing_curve(a) or curves[0]) if unknown and curves else "",
+        shape=_shape_of_residual(a, curves) if unknown else "",
         remains=_remains(a) if not unknown else None,
         curve=_curve(a.free),
         equivalents=tuple(equivalents(a.named)) if not unknown else (),
@@ -171,6 +171,16 @@ def _location(
 def _shape(a: Analysis, curve: Curve) -> str:
     read, unit = in_written_units(curve, a.system)
     return shape_in_words(read, unit)
+
+
+def _shape_of_residual(a: Analysis, curves: Sequence[Curve]) -> str:
+    """Return the shape of the localizing curve, or else of the first if it is significant, in words.
+
+    Empty if neither exists: the mismatch is not located.
+    """
+    first = curves[0] if curves and curves[0].significant else None
+    curve = localizing_curve(a) or first or (a.remains.curve if a.remains else None)
+    return _shape(a, curve) if curve else ""
 
 
 def in_written_units(curve: Curve, system: System) -> tuple[Curve, str]:

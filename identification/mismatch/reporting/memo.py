@@ -47,6 +47,12 @@ def _finding(verdict: Verdict) -> str:
     if not verdict.mismatch:
         return _no_mismatch(verdict)
     location = verdict.location
+    if verdict.unknown and not verdict.shape:
+        contradicted = ", ".join(veto.name for veto in verdict.vetoes)
+        return (
+            "Mismatch detected, not located: the held-out recordings contradict what explains it on"
+            f" the training recordings ({contradicted})."
+        )
     if verdict.unknown:
         place = (
             f" It acts as {location.injection}{regressor_in_words(location.regressor)}"

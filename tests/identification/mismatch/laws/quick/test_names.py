@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from slipbench.identification.mismatch.reporting.memo import sentence
 from tests.identification.mismatch.laws.explained import explained, holds, names, reported
 from tests.identification.mismatch.laws.spring import (
     FREQUENCY,
@@ -41,6 +42,18 @@ def test_without_its_name_it_is_located_and_no_other_name_is_given(nominal):
     assert not found.effects
     assert found.location.injection in ("velocity rate", "deflection")
     assert found.location.regressor == "deflection"
+
+
+def test_what_held_out_recordings_contradict_is_an_alarm_without_a_name(nominal):
+    """The spring hardens in the training recording and softens in the other."""
+    training, held_out = [swung(1, cubic(CUBE))], [swung(2, cubic(-0.03))]
+    found = explained(nominal, training, held_out, BENT)
+    assert found.mismatch, reported(found)
+    assert found.unknown
+    assert not found.effects
+    assert "cubic.deflection" in [v.name for v in found.vetoes]
+    assert "contradict" in sentence(found)
+    assert "cubic.deflection" in sentence(found)
 
 
 def test_a_formula_that_is_not_exact_takes_no_second_name_at_its_place(nominal):
