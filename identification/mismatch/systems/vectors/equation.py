@@ -1,7 +1,8 @@
 """Expand an equation over vectors and matrices into one equation per element.
 
 The element of a vector `angle` is `angle_1`, that of a matrix `stiffness_1_2`; in an equation it may
-be written `angle[1]`, `stiffness[1, 2]`. A number applies to every element; the other operands have
+be written `angle[1]`, `stiffness[1, 2]`, and a part of them `angle[2:3]`, `stiffness[:, 1]`, where a
+range includes both of its ends. A number applies to every element; the other operands have
 the same shape. Factors 0 and 1 are omitted, so the row [0, 1] of a literal matrix gives just the
 second element.
 """
@@ -133,21 +134,35 @@ class _Reader:
         return limited(node, self._where, shape, lambda i: rows[i[0]][i[1:]])
 
     def _indexed(self, node: ast.expr, quantity: ast.expr, index: ast.expr) -> Array:
-        """Return an element, or a row of a matrix; indices begin at 1."""
+        """Return an element, a row or a part; indices begin at 1 and ranges include both ends."""
         whole = self.of(quantity)
         indices = index.elts if isinstance(index, ast.Tuple) else [index]
         if len(indices) > whole.ndim:
             expected = f"a quantity of {len(indices)} {'indices' if len(indices) > 1 else 'index'}"
             remedy = "" if whole.ndim else MADE_BY
             raise disagreement(quantity, self._where, expected, whole.shape, remedy)
-        at = tuple(self._index(i, m, node) for i, m in zip(indices, whole.shape, strict=False))
+        at = tuple(self._at(i, m, node) for i, m in zip(indices, whole.shape, strict=False))
         found = whole[at]
         return found if isinstance(found, np.ndarray) else filled((), lambda _: found)
+
+    def _at(self, index: ast.expr, most: int, node: ast.expr) -> int | slice:
+        if not isinstance(index, ast.Slice):
+            return self._index(index, most, node) - 1
+        first = self._index(index.lower, most, node) if index.lower else 1
+        last = self._index(index.upper, most, node) if index.upper else most
+        if first <= last and index.step is None:
+            return slice(first - 1, last)
+        raise InputError(
+            "a range has no elements, or has a step",
+            where=self._where,
+            expected="first:last, both of them included, the first not after the last",
+            found=f"{ast.unparse(index)} in {shortened(ast.unparse(node))}",
+        )
 
     def _index(self, index: ast.expr, most: int, node: ast.expr) -> int:
         value = index.value if isinstance(index, ast.Constant) else None
         if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= most:
-            return value - 1
+            return value
         raise InputError(
             "an element does not exist",
             where=self._where,

@@ -84,6 +84,13 @@ def leaf(draw: st.DrawFn, shape: tuple[int, ...]) -> TextAndValue:
     if shape == (3,):
         row = draw(st.integers(1, 3))
         named.append((f"M[{row}]", KNOWN["M"][row - 1]))
+        named += [(f"M[:, {row}]", KNOWN["M"][:, row - 1]), ("w[:]", KNOWN["w"])]
+    if shape == (2,):
+        first = draw(st.integers(1, 2))
+        named.append((f"v[{first}:{first + 1}]", KNOWN["v"][first - 1 : first + 1]))
+        named.append((f"N[:, {first}]", KNOWN["N"][:, first - 1]))
+    if shape == (2, 2):
+        named.append(("M[2:, :2]", KNOWN["M"][1:, :2]))
     if not shape:
         i, j = draw(st.integers(1, 2)), draw(st.integers(1, 3))
         named += [(f"v[{j}]", KNOWN["v"][j - 1]), (f"N[{i}, {j}]", KNOWN["N"][i - 1, j - 1])]
@@ -176,6 +183,7 @@ def test_an_equation_of_numbers_stays_as_written(text: str) -> None:
     assert elements(text, SHAPES, "here")[()] == text
 
 
+RANGE = "first:last, both of them included, the first not after the last"
 NUMBER, VECTOR, ROWS = "1 number", "3 elements", "3 elements, or rows, after @"
 
 
@@ -201,7 +209,11 @@ NUMBER, VECTOR, ROWS = "1 number", "3 elements", "3 elements, or rows, after @"
         ("v[0]", "an index that is a whole number from 1 to 3", "0 in v[0]"),
         ("v[4]", "an index that is a whole number from 1 to 3", "4 in v[4]"),
         ("v[a]", "an index that is a whole number from 1 to 3", "a in v[a]"),
-        ("v[1:2]", "an index that is a whole number from 1 to 3", "1:2 in v[1:2]"),
+        ("v[0:2]", "an index that is a whole number from 1 to 3", "0 in v[0:2]"),
+        ("v[1:4]", "an index that is a whole number from 1 to 3", "4 in v[1:4]"),
+        ("v[3:2]", RANGE, "3:2 in v[3:2]"),
+        ("v[1:3:2]", RANGE, "1:3:2 in v[1:3:2]"),
+        ("v[:2] + v", "2 elements", f"{VECTOR} in v"),
         ("v[True]", "an index that is a whole number from 1 to 3", "True in v[True]"),
         ("v[1, 2]", "a quantity of 2 indices", f"{VECTOR} in v"),
         ("a[1]", "a quantity of 1 index", f"{NUMBER} in a"),
