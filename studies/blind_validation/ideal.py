@@ -189,7 +189,10 @@ class Observer:
         return Shown(self.case.truth, discs, self.ride(r, effects), record.time + record.start)
 
     def _of_channel(self, r: int, record: Record, channel: str, absent: Effects) -> Floats | float:
-        """Change that hidden effects of a channel make in its bins, shape (T,); 0: none."""
+        """Change that hidden effects of a channel make in its bins, shape (T,); 0: none.
+
+        Without noise and rounding of the device, which no recording shows apart from the value.
+        """
         case, trial = self.case, self.trials[r]
         channels = (f.sensors.channels for f in (case.faults, secret_of(absent)))
         there, bare = (c.get(channel, ChannelFaults()) for c in channels)
@@ -199,10 +202,11 @@ class Observer:
             course_of(case.truth, case.faults, trial)[0],
             case.truth.filters.get(channel),
         )
+        silent = replace(
+            case.truth.noises, throttle=0.0, throttle_quantum=0.0, engine_speed=0.0, optical=0.0
+        )
         with_it, without = (
-            sampled(
-                channel, trajectory, case.truth.noises, faults, channel_chance(trial, channel), own
-            )
+            sampled(channel, trajectory, silent, faults, channel_chance(trial, channel), own)
             for faults in (there, bare)
         )
         bins = into_bins(with_it.true - record.start, record.grid)

@@ -10,15 +10,18 @@ from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.runs import open_analysis
 from slipbench.studies.blind_validation.generator.case import Case, draw_case, write_case
 from slipbench.studies.blind_validation.generator.fault_types import Hidden
+from slipbench.studies.blind_validation.generator.vehicle_file import Noises
 from slipbench.studies.blind_validation.ideal import Observer, ideal
 
 SEED, NUMBER = 1, 9
 
 
-def case_with(*hidden: Hidden, combustion: float = 1e-12, bump: float | None = None) -> Case:
+def case_with(
+    *hidden: Hidden, combustion: float = 1e-12, bump: float | None = None, noisy: bool = True
+) -> Case:
     """One case with these effects; two short trials, combustion noise and bumps as given.
 
-    Its filters are stated. bump: None for that of the case.
+    Its filters are stated. bump: None for that of the case; noisy: whether its channels have noise.
     """
     case = draw_case(SEED, NUMBER)
     trials = tuple(
@@ -31,7 +34,12 @@ def case_with(*hidden: Hidden, combustion: float = 1e-12, bump: float | None = N
         )
         for t in case.training[:2]
     )
-    return replace(case, hidden=hidden, training=trials, held_out=())
+    truth = case.truth if noisy else replace(case.truth, noises=silent(case.truth.noises))
+    return replace(case, truth=truth, hidden=hidden, training=trials, held_out=())
+
+
+def silent(noises: Noises) -> Noises:
+    return replace(noises, throttle=0.0, throttle_quantum=0.0, engine_speed=0.0, optical=0.0)
 
 
 def model_of(case: Case, folder: Path):
@@ -41,7 +49,7 @@ def model_of(case: Case, folder: Path):
 
 @pytest.fixture(scope="module")
 def bare(tmp_path_factory):
-    return model_of(case_with(), tmp_path_factory.mktemp("bare") / "case")
+    return model_of(case_with(noisy=False), tmp_path_factory.mktemp("bare") / "case")
 
 
 FILLING = Hidden("asymmetric_filling", "moderate", "", {"asymmetry": 0.6})
@@ -61,11 +69,13 @@ MEAN = Hidden("moving_mean", "moderate", "optical_speed", {"window": 40e-3})
 def test_the_difference_is_what_the_recordings_differ_by(
     hidden: tuple[Hidden, ...], bare, tmp_path: Path
 ) -> None:
-    """Recorded with and without the effects, noise alike; the difference explains 95 % of it.
+    """Recorded with and without the effects, without noise; the difference explains 90 % of it.
+
+    Frames on the bus round their values, which is most of the rest.
 
     What the plate does drives the motion, so that servo effects are compared in its group alone.
     """
-    case = case_with(*hidden)
+    case = case_with(*hidden, noisy=False)
     model = model_of(case, tmp_path / "case")
     difference = Observer(case, case.training).difference(model, ())
     explained = unexplained = 0.0
@@ -81,7 +91,7 @@ def test_the_difference_is_what_the_recordings_differ_by(
             scale = np.std(bare.measured[b][r] - np.roll(bare.measured[b][r], 1, axis=0), axis=0)
             explained += np.sum((true / (scale + 1e-9)) ** 2)
             unexplained += np.sum(((true - mine) / (scale + 1e-9)) ** 2)
-    assert unexplained < 0.05 * explained
+    assert unexplained < 0.1 * explained
 
 
 WARMTH = Hidden("grip_temperature", "moderate", "", {"sensitivity": -3e-3})
@@ -94,6 +104,18 @@ def test_the_response_to_bumps_is_no_evidence(tmp_path: Path) -> None:
     of_smooth, of_rough = (Observer(c, c.training).difference(model, ()) for c in (smooth, rough))
     assert any(np.any(d) for ds in of_smooth for d in ds)
     for one, other in zip(of_smooth, of_rough, strict=True):
+        for a, b in zip(one, other, strict=True):
+            np.testing.assert_array_equal(a, b)
+
+
+def test_the_noise_of_a_repeated_frame_is_no_evidence(tmp_path: Path) -> None:
+    """A stale frame repeats the noise of the one before it, which is in no recording by itself."""
+    case = case_with(STALE)
+    model = model_of(case, tmp_path / "case")
+    quiet = replace(case, truth=replace(case.truth, noises=silent(case.truth.noises)))
+    of_noisy, of_quiet = (Observer(c, c.training).difference(model, ()) for c in (case, quiet))
+    assert any(np.any(d) for ds in of_noisy for d in ds)
+    for one, other in zip(of_noisy, of_quiet, strict=True):
         for a, b in zip(one, other, strict=True):
             np.testing.assert_array_equal(a, b)
 
