@@ -18,6 +18,7 @@ EXTRA_OF = {
     "mcap": "mdf",
     "gpxpy": "logs",
     "fitdecode": "logs",
+    "libxrk": "logs",
     "rosbags": "logs",
     "dask": "cluster",
     "distributed": "cluster",

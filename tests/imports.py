@@ -56,6 +56,7 @@ ALLOWED = {
     "duckdb": ("identification/season/season.py",),
     "gpxpy": ("protocol/tables/gpx_file.py",),
     "fitdecode": ("protocol/tables/fit_file.py",),
+    "libxrk": ("protocol/tables/xrk_file.py",),
     "mcap": ("protocol/export/mcap_file.py", "protocol/tables/mcap_file.py"),
     "rosbags": ("protocol/tables/ros_bag.py", "protocol/tables/ros_types.py"),
     "lupa": ("identification/ecu/lua_machine.py",),

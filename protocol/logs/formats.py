@@ -77,11 +77,9 @@ FORMATS = {
         re.compile(rb"\x40\x00\x00\x00\x00\x00\x00\x00"),
         "export it from MoTeC i2 as CSV and give that",
     ),
-    "xrk": Format(
-        "an AiM binary log (.xrk, .drk)",
-        "",
-        re.compile(rb"<h[A-Za-z]{3}[A-Za-z \x00]"),
-        "export it from RaceStudio as CSV and give that",
+    "xrk": Format("AiM XRK", "table", re.compile(rb"<h[A-Za-z]{3}[A-Za-z \x00]")),
+    "xrz": Format(
+        "AiM XRZ", "table", re.compile(rb"\x78[\x01\x5e\x9c\xda][^\x09\x0a\x0d\x20-\x7e]")
     ),
     "compressed": Format(
         "a compressed file",

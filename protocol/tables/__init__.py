@@ -27,6 +27,8 @@ READERS = {
     "ros1-bag": "ros_bag.read_ros1_bag",
     "sqlite": "ros_bag.read_ros2_bag",
     "fit": "fit_file.read_fit",
+    "xrk": "xrk_file.read_xrk",
+    "xrz": "xrk_file.read_xrk",
 }
 LOOKED_AT = 1 << 16  # bytes in which the numbers of a table must begin
 
