@@ -98,7 +98,8 @@ def _damage(path: Path, said: list[str]) -> Iterator[str]:
     skipped = [int(found[1]) for line in said if (found := _SKIPPED.match(line))]
     if skipped:
         yield (
-            f"{path}: damaged or broken off: {sum(skipped)} bytes in {len(skipped)} places are not"
+            f"{path}: damaged or broken off: {sum(skipped)} bytes in {len(skipped)}"
+            f" place{'s' if len(skipped) != 1 else ''} are not"
             " read, and the samples in them are missing"
         )
 
