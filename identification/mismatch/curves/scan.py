@@ -2,8 +2,10 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from scipy import linalg
 
 from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.tooth_curve import discs, tooth_columns
@@ -30,7 +32,10 @@ from slipbench.plant.signals import Floats
 
 FOLDS = 4
 RIDGE = 0.01
-"""Ridge regularization of curve values, relative to the typical disturbance."""
+"""Ridge regularization of curve values, relative to the typical disturbance: nearly none."""
+SPREADS = 4.0 ** -np.arange(-3.0, 9.0)
+"""Prior deviations of curve values, or of their steps from knot to knot, of which one is chosen,
+relative to the typical disturbance."""
 ROUNDING = 1e-12
 """Relative rounding error of a normal matrix from which nuisances were projected out."""
 
@@ -109,7 +114,10 @@ def _at_place(
         own = columns[:, part]
         normal = own.T @ own - correlations[:, part].T @ coordinates[:, part]
         scaled = _solved(normal, gradients[part], own)
-        gain, values = 0.5 * float(gradients[part] @ scaled), units[part] * scaled
+        gain = 0.5 * float(gradients[part] @ scaled)
+        if gain > enough(k.size):
+            scaled = _shrunk(normal, gradients[part], own)
+        values = units[part] * scaled
         tent_waveforms = np.concatenate([h[:, part] for h in tents.pushes])
         amplitude = _half_range_of(place.size * tent_waveforms @ values)
         cross_predicted = None
@@ -128,6 +136,35 @@ def _solved(normal: Floats, gradient: Floats, columns: Floats) -> Floats:
     """
     rounding = ROUNDING * float(np.max(np.sum(columns**2, axis=0), initial=0.0))
     return np.asarray(np.linalg.solve(normal + (RIDGE + rounding) * np.eye(len(normal)), gradient))
+
+
+def _shrunk(normal: Floats, gradient: Floats, columns: Floats) -> Floats:
+    """Return the values under the prior of the largest evidence, (p,).
+
+    The priors are independent values and random walks, each with several spreads. Without them,
+    values that hardly any sample determines are arbitrary: a curve over the distance has knots that
+    one recording alone reaches, and the folds without it predicted nonsense there. Empirical Bayes:
+    MacKay, "Bayesian interpolation", Neural Computation 4 (1992). columns: as for `_solved`.
+    """
+    rounding = ROUNDING * float(np.max(np.sum(columns**2, axis=0), initial=0.0))
+    precise = normal + rounding * np.eye(len(normal))
+    best, largest = np.zeros(len(gradient)), -np.inf
+    for prior, logarithm in _priors(len(gradient)):
+        root = linalg.cholesky(precise + prior, lower=True)
+        values = linalg.cho_solve((root, True), gradient)
+        evidence = float(gradient @ values) + logarithm - 2.0 * float(np.sum(np.log(np.diag(root))))
+        if evidence > largest:
+            best, largest = values, evidence
+    return best
+
+
+@lru_cache(maxsize=64)
+def _priors(knots: int) -> list[tuple[Floats, float]]:
+    """Return precision matrices of curve values, (knots, knots), and their log-determinants."""
+    level, steps = np.eye(knots), np.diff(np.eye(knots), axis=0)
+    walk = steps.T @ steps
+    matrices = [*(level / s**2 for s in SPREADS), *(walk / s**2 + RIDGE * level for s in SPREADS)]
+    return [(m, float(np.linalg.slogdet(m)[1])) for m in matrices]
 
 
 def _units(knots: Mapping[str, Floats], by_record: RecordRegressors) -> Floats:
@@ -175,8 +212,11 @@ def _periodic_candidate(
     columns = whiten_and_stack(linear.fit.model, linear.fit.noise, series)
     projected = linear.nuisances.project_out(columns)
     gradient = projected.T @ linear.residuals
-    values = _solved(projected.T @ projected, gradient, columns)
+    normal = projected.T @ projected
+    values = _solved(normal, gradient, columns)
     gain = 0.5 * float(gradient @ values)
+    if gain > enough(len(values)):
+        values = _shrunk(normal, gradient, columns)
     half_range = _half_range_of(
         place.size * values * _amplitude_ratio(columns @ values, projected @ values)
     )
@@ -227,5 +267,5 @@ def _cross_predicted(projected: Floats, residuals: Floats, clusters: Integers) -
     for fold, part in enumerate(parts):
         others = [i for i in range(FOLDS) if i != fold]
         normal, gradient = (np.sum([x[i] for i in others], axis=0) for x in (normals, gradients))
-        predicted[part] = own[fold] @ _solved(normal, gradient, projected)
+        predicted[part] = own[fold] @ _shrunk(normal, gradient, projected)
     return predicted

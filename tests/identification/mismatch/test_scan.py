@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipbench.identification.mismatch.curves.scan import RIDGE, _cross_predicted, _solved
+from slipbench.identification.mismatch.curves.scan import RIDGE, _cross_predicted, _shrunk, _solved
 from slipbench.identification.mismatch.simulation.regressor import kind_of, quantity_of, with_kinds
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.recording.channel import Channel
@@ -28,6 +28,29 @@ def test_dependent_columns_of_any_size_have_a_solution(seed, exponent):
     assert np.linalg.norm(explained - best) <= (shrunk + 1e-3) * np.linalg.norm(best)
     predicted = _cross_predicted(columns, residuals, np.arange(200) // 10)
     assert np.all(np.isfinite(predicted))
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_knot_that_one_fold_alone_reaches_is_not_predicted_from_the_others(seed):
+    """The other folds determine it by a hundredth of a sample, as nuisances leave it to them."""
+    rng = np.random.default_rng(seed)
+    clusters = np.arange(400) // 10
+    columns = rng.standard_normal((400, 6))
+    columns[clusters % 4 != 0, 5] *= 0.01
+    true = columns[:, :5] @ [1.0, 0.8, 0.6, 0.5, 0.4]
+    predicted = _cross_predicted(columns, true + rng.standard_normal(400), clusters)
+    there = clusters % 4 == 0
+    assert np.sum((predicted - true)[there] ** 2) < 2.0 * np.sum(true[there] ** 2)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_values_that_many_samples_determine_are_those_of_least_squares(seed):
+    rng = np.random.default_rng(seed)
+    columns = rng.standard_normal((3000, 7))
+    residuals = columns @ rng.uniform(1.0, 2.0, 7) + rng.standard_normal(3000)
+    normal, gradient = columns.T @ columns, columns.T @ residuals
+    plain = np.linalg.lstsq(columns, residuals)[0]
+    assert _shrunk(normal, gradient, columns) == pytest.approx(plain, rel=0.02)
 
 
 WAVES = {"a": [1.0, 2.0], "b": [1.0, 2.0]}

@@ -11,7 +11,7 @@ from scipy import linalg, signal
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.curves.injection import places
-from slipbench.identification.mismatch.curves.scan import RIDGE, scan_curves
+from slipbench.identification.mismatch.curves.scan import RIDGE, _shrunk, enough, scan_curves
 from slipbench.identification.mismatch.curves.trace import (
     between_knots,
     impulse_responses,
@@ -151,12 +151,14 @@ def test_a_curve_fitted_among_many_is_the_curve_fitted_alone():
             waveforms = [place.size * h * units for h in tents]
             columns = whiten_and_stack(fit.model, fit.noise, responses_to(reply, waveforms))
             projected = linearized.nuisances.project_out(columns)
-            normal = projected.T @ projected + RIDGE * np.eye(found.knots.size)
-            values = np.linalg.solve(normal, projected.T @ linearized.residuals)
-            gain = 0.5 * float(values @ projected.T @ linearized.residuals)
+            normal, gradient = projected.T @ projected, projected.T @ linearized.residuals
+            values = np.linalg.solve(normal + RIDGE * np.eye(len(normal)), gradient)
+            gain = 0.5 * float(values @ gradient)
             assert found.log_likelihood_gain == pytest.approx(gain, rel=1e-6, abs=1e-6), (
                 found.regressor
             )
+            if gain > enough(len(values)):
+                values = _shrunk(normal, gradient, columns)
             assert np.allclose(projected @ (found.values / units), projected @ values, atol=1e-5)
             predicted_held_out += found.cross_predicted is not None
     assert predicted_held_out > 0
