@@ -20,15 +20,16 @@ from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.simulation.model import Model, Series, predict
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sampling import into_bins
+from slipbench.identification.mismatch.simulation.sensor import Sensor
 from slipbench.studies.blind_validation.generator.case import Case, secret_of
 from slipbench.studies.blind_validation.generator.fault_type import SERVO
 from slipbench.studies.blind_validation.generator.fault_types import Hidden
 from slipbench.studies.blind_validation.generator.filters import LAG, filtered
 from slipbench.studies.blind_validation.generator.instruments import (
+    TEETH,
     ChannelFaults,
-    Disc,
+    hidden_errors,
     sampled,
-    tooth_errors,
 )
 from slipbench.studies.blind_validation.generator.physics import Floats
 from slipbench.studies.blind_validation.generator.recording import Trial, channel_chance, course_of
@@ -94,7 +95,6 @@ class Shown:
     """Trajectory of the generator as columns of the engine's rows. time: s, true."""
 
     truth: Truth
-    discs: dict[str, Disc]
     course: Course
     time: Floats
 
@@ -104,9 +104,6 @@ class Shown:
         own = self.truth.filters.get(CHANNELS.get(name, name))
         if own and own.kind == LAG:
             values = filtered(values, float(trajectory.time[1] - trajectory.time[0]), own)
-        wheel, _, what = name.partition("_")
-        if what == "angle" and wheel in self.discs:
-            values = values - tooth_errors(self.discs[wheel], values)
         return np.asarray(interpolate.CubicSpline(trajectory.time, values)(self.time))
 
 
@@ -116,7 +113,7 @@ class Observer:
 
     case: Case
     trials: Sequence[Trial]
-    rides: dict[tuple[int, tuple[str, ...]], Course] = field(default_factory=dict)
+    rides: dict[tuple[int, tuple[str, ...] | None], Course] = field(default_factory=dict)
 
     def worth(self, base: Fit, known: Effects, fit: Fit | None = None) -> float:
         """Log-likelihood gain of a fit to recordings without the known effects, nats.
@@ -159,6 +156,12 @@ class Observer:
             self.rides[key], _ = course_of(self.case.truth, faults, still, self.case.faults)
         return self.rides[key]
 
+    def recorded(self, r: int) -> Course:
+        """Simulated run of a trial as it was recorded."""
+        if (r, None) not in self.rides:
+            self.rides[r, None] = course_of(self.case.truth, self.case.faults, self.trials[r])[0]
+        return self.rides[r, None]
+
     def difference(self, model: Model, absent: Effects) -> Series:
         """Contribution of the effects that are not absent to the recordings.
 
@@ -181,12 +184,21 @@ class Observer:
                 )
                 for column, channel in enumerate(block.outputs):
                     change[:, column] += self._of_channel(r, record, channel, absent)
+                    change[:, column] += self._of_disc(record.sensors[channel], absent)
                 found[b].append(change * model.known_bins[b][r])
         return found
 
     def _shown(self, r: int, record: Record, effects: Effects) -> Shown:
-        discs = dict(secret_of(effects).sensors.discs)
-        return Shown(self.case.truth, discs, self.ride(r, effects), record.time + record.start)
+        return Shown(self.case.truth, self.ride(r, effects), record.time + record.start)
+
+    def _of_disc(self, sensor: Sensor, absent: Effects) -> Floats | float:
+        """Change that hidden effects of a toothed disc make in its output, shape (T,); 0: none."""
+        wheel = sensor.name.partition("_")[0]
+        there, bare = (f.sensors.discs.get(wheel) for f in (self.case.faults, secret_of(absent)))
+        if sensor.offsets is None or there == bare:
+            return 0.0
+        late = [hidden_errors(disc) if disc else np.zeros(TEETH) for disc in (there, bare)]
+        return sensor.misplaced(late[0] - late[1])
 
     def _of_channel(self, r: int, record: Record, channel: str, absent: Effects) -> Floats | float:
         """Change that hidden effects of a channel make in its bins, shape (T,); 0: none.
@@ -198,10 +210,7 @@ class Observer:
         there, bare = (c.get(channel, ChannelFaults()) for c in channels)
         if there == bare:
             return 0.0
-        trajectory, own = (
-            course_of(case.truth, case.faults, trial)[0],
-            case.truth.filters.get(channel),
-        )
+        trajectory, own = self.recorded(r), case.truth.filters.get(channel)
         silent = replace(
             case.truth.noises, throttle=0.0, throttle_quantum=0.0, engine_speed=0.0, optical=0.0
         )

@@ -150,18 +150,14 @@ def echoed(values: Floats, commands: Commands) -> Samples:
 def tooth_places(disc: Disc, rng: np.random.Generator) -> Floats:
     """Angle of every tooth of a disc, rad, shape (TEETH,): even spacing, tolerance, hidden errors."""
     tolerance = TOLERANCE / PITCH_RADIUS * rng.standard_normal(TEETH)
-    return np.asarray(EVEN + tolerance + _hidden_errors(disc))
+    return np.asarray(EVEN + tolerance + hidden_errors(disc))
 
 
-def _hidden_errors(disc: Disc) -> Floats:
+def hidden_errors(disc: Disc) -> Floats:
+    """Angle by which every tooth passes later by the hidden errors of a disc, rad, shape (TEETH,)."""
     late = disc.run_out / disc.order * np.cos(disc.order * EVEN + disc.phase)
     late[disc.tooth] += disc.displacement / PITCH_RADIUS
     return np.asarray(late)
-
-
-def tooth_errors(disc: Disc, angle: Floats) -> Floats:
-    """Hidden error of the tooth at each angle of a wheel, rad, shape (n,); between teeth: linear."""
-    return np.asarray(np.interp(angle, EVEN, _hidden_errors(disc), period=2 * np.pi))
 
 
 def tooth_times(

@@ -57,13 +57,14 @@ STICTION = Hidden("throttle_stiction", "moderate", "", {"width": 4e-3, "breakawa
 LAG = Hidden("channel_lag", "moderate", "engine_speed", {"time_constant": 20e-3})
 STALE = Hidden("stale_frames", "moderate", "optical_speed", {"share": 0.1})
 TOOTH = Hidden("tooth_misplacement", "moderate", "rear_encoder", {"displacement": 1e-3, "tooth": 5})
+FRONT_TOOTH = replace(TOOTH, subject="front_encoder")
 OIL = Hidden("cold_oil_drag", "moderate", "", {"torque": 4.0, "time": 3.0})
 MEAN = Hidden("moving_mean", "moderate", "optical_speed", {"window": 40e-3})
 
 
 @pytest.mark.parametrize(
     "hidden",
-    [(FILLING,), (STICTION,), (LAG,), (STALE,), (TOOTH,), (OIL,), (MEAN,), (FILLING, LAG)],
+    [(FILLING,), (STICTION,), (LAG,), (STALE,), (TOOTH,), (FRONT_TOOTH,), (OIL,), (MEAN,), (FILLING, LAG)],
     ids=lambda hidden: " and ".join(h.key for h in hidden),
 )
 def test_the_difference_is_what_the_recordings_differ_by(
