@@ -210,7 +210,7 @@ def moved(without: Fit, fit: Fit, i: int, relocated: Candidate) -> Fit | None:
     return new if new.score > fit.score else None
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)
 def fitted_without(fit: Fit, i: int) -> Fit | None:
     """Return the fit without one of its effects; None where it cannot be simulated."""
     others = (*fit.candidates[:i], *fit.candidates[i + 1 :])

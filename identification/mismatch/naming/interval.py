@@ -145,6 +145,31 @@ def significance(fit: Fit, number: int) -> float:
     return min(1.0, p * len(candidate.parameters))
 
 
+def likelihood_ratio_p(fit: Fit, number: int, loss: float) -> float:
+    """One-sided p of effect `number` by the log-likelihood that is lost without it, nats.
+
+    The error of a size says what it costs to make it a little smaller. Where other parameters
+    replace a small part of an effect and not the whole of it, the loss is far larger, and the size
+    divided by its error tends to nothing (Hauck and Donner, Journal of the American Statistical
+    Association 72 (1977)). The loss has the variance inflation of the size.
+    """
+    candidate = fit.candidates[number]
+    assert isinstance(candidate, Candidate)
+    if limits(candidate.kind):
+        return 1.0
+    index = sum(len(c.parameters) for c in fit.candidates[:number])
+    shape_indices = range(index + 1, index + len(candidate.parameters))
+    deviation, freedom = deviations(fit, shape_indices)
+    white, _ = _variances(fit, shape_indices)
+    inflation = float(deviation[index] ** 2 / white[index])
+    share = max(1.0 - candidate.negligible_difference / max(abs(candidate.added), 1e-300), 0.0)
+    root = share * math.sqrt(2.0 * max(loss, 0.0) / inflation)
+    p = float(stats.t.sf(root, freedom[index]))
+    if candidate.kind.unseen_turn:
+        p = _over_angles(p, len(fit.model.records))
+    return min(1.0, p * len(candidate.parameters))
+
+
 def _over_angles(p: float, count: int) -> float:
     """Return p of an amplitude at angles that were estimated in `count` recordings.
 

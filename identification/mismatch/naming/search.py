@@ -16,11 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.calibrate import (
-    beyond_prior,
-    far_from_prior,
-    parameters_far_from_prior,
-)
+from slipbench.identification.mismatch.fit.calibrate import beyond_prior, far_from_prior
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import mispredicted
 from slipbench.identification.mismatch.fit.linearization import Linearization
@@ -129,7 +125,7 @@ class Search:
             screened = self._screened(named, named.fit) if named.names else named.scores
             fits = promising_fits(rough, screened, self.say)
             step = self._step(named, fits)
-            if _newly_far(named) and (step.names == named.names or far_from_prior(step.fit)):
+            if step.names == named.names or not named.names:
                 named, fits, step = self._beside_the_file(named, fits, step)
             if step.names == named.names and (others := others_refined(rough, _simulated(fits))):
                 step = self._step(named, [*fits, *others])
@@ -239,8 +235,11 @@ class Search:
     ) -> tuple[Named, list[Fit], Named]:
         """Return state, fits and step with effects fitted from the file, if these are as good.
 
-        fits: promising ones; step: what follows from them alone.
+        Only where parameters are far from it after that step. fits: promising ones; step: what
+        follows from them alone.
         """
+        if not far_from_prior(step.fit):
+            return named, fits, step
         required = step.fit.score - INDISTINGUISHABLE if step.names != named.names else -math.inf
         from_file = fits_from_the_file(
             named.fit.coarse, self.library, self.say, named.first, required
@@ -301,15 +300,6 @@ def _simulated(fits: Sequence[Fit]) -> list[Fit]:
     Updated sensitivities of the system do not change the response of a sensor.
     """
     return [f for f in fits if not f.model.changes_only_sensors(f.point.effects[-1])]
-
-
-def _newly_far(named: Named) -> bool:
-    """Return whether a parameter is far from the file that has not been fixed there yet.
-
-    Effects that replace parameters that were far already have been fitted in the first step.
-    """
-    first, current = ({k for k, _ in parameters_far_from_prior(f)} for f in (named.base, named.fit))
-    return not named.names or not current <= first
 
 
 def pruned(named: Named, rule: Acceptance, say: Say) -> Named:

@@ -18,7 +18,8 @@ from slipbench.identification.mismatch.fit.held_out import refit_on
 from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.fit.variance_inflation import VarianceInflation, amplitude_p
-from slipbench.identification.mismatch.naming.interval import significance
+from slipbench.identification.mismatch.naming.fits import fitted_without
+from slipbench.identification.mismatch.naming.interval import likelihood_ratio_p, significance
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.thresholds import CONFIRMED, JOINT_TEST_P
 from slipbench.plant.errors import PlantError
@@ -41,6 +42,8 @@ class SignificanceRule:
     def p(self, fit: Fit, number: int) -> float:
         """One-sided p of an effect, corrected for both tests."""
         training = significance(fit, number)
+        if self.limit <= training <= JOINT_TEST_P:
+            training = min(training, p_of_loss(fit, number))
         if self.held_out is None:
             return training
         alone = CHOICES * training
@@ -49,6 +52,15 @@ class SignificanceRule:
         return min(
             1.0, alone, CHOICES * joined(training, predicted_held_out(fit, number, self.held_out))
         )
+
+
+def p_of_loss(fit: Fit, number: int) -> float:
+    """One-sided p of an effect by what is lost if all else is fitted without it.
+
+    1 where nothing can be simulated without it: then its size alone counts.
+    """
+    without = fitted_without(fit, number)
+    return 1.0 if without is None else likelihood_ratio_p(fit, number, fit.score - without.score)
 
 
 def joined(one: float, other: float) -> float:

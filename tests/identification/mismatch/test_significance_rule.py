@@ -36,6 +36,12 @@ def test_what_is_joined_of_chance_is_as_rare_as_it_says():
     assert stats.kstest(drawn, "uniform").pvalue > 1e-3
 
 
+@pytest.fixture(autouse=True)
+def no_loss(monkeypatch):
+    """The size alone counts."""
+    monkeypatch.setattr(rule, "p_of_loss", lambda *_: 1.0)
+
+
 @pytest.fixture
 def told(monkeypatch):
     """Set the p-values of training and held-out recordings; return p of the rule."""
@@ -68,3 +74,13 @@ def test_a_choice_of_two_ways_costs_a_factor_of_two(told):
 def test_without_held_out_recordings_those_of_training_tell_alone(monkeypatch):
     monkeypatch.setattr(rule, "significance", lambda *_: 1e-3)
     assert SignificanceRule(LIMIT).p(None, 0) == 1e-3
+
+
+@pytest.mark.parametrize(
+    ("by_size", "by_loss", "expected"),
+    [(1e-3, 1e-30, 1e-30), (1e-3, 0.5, 1e-3), (0.5, 1e-30, 0.5), (1e-9, 1e-30, 1e-9)],
+)
+def test_a_doubtful_size_counts_by_what_is_lost_without_it(monkeypatch, by_size, by_loss, expected):
+    monkeypatch.setattr(rule, "significance", lambda *_: by_size)
+    monkeypatch.setattr(rule, "p_of_loss", lambda *_: by_loss)
+    assert SignificanceRule(LIMIT).p(None, 0) == expected

@@ -64,7 +64,17 @@ MEAN = Hidden("moving_mean", "moderate", "optical_speed", {"window": 40e-3})
 
 @pytest.mark.parametrize(
     "hidden",
-    [(FILLING,), (STICTION,), (LAG,), (STALE,), (TOOTH,), (FRONT_TOOTH,), (OIL,), (MEAN,), (FILLING, LAG)],
+    [
+        (FILLING,),
+        (STICTION,),
+        (LAG,),
+        (STALE,),
+        (TOOTH,),
+        (FRONT_TOOTH,),
+        (OIL,),
+        (MEAN,),
+        (FILLING, LAG),
+    ],
     ids=lambda hidden: " and ".join(h.key for h in hidden),
 )
 def test_the_difference_is_what_the_recordings_differ_by(
