@@ -2,14 +2,18 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.naming.candidates import candidates
-from slipbench.identification.mismatch.naming.interval import significance
+from slipbench.identification.mismatch.naming.fits import fitted as best_fit
+from slipbench.identification.mismatch.naming.fits import fitted_without
+from slipbench.identification.mismatch.naming.interval import likelihood_ratio_p, significance
 from slipbench.identification.mismatch.simulation.model import simulate
+from slipbench.plant.effects.driveline_loss import DrivelineLoss
 from slipbench.plant.effects.load_transfer import LoadTransfer
 from slipbench.plant.effects.rate_limit import RateLimit
 from tests.identification.mismatch.test_small import started
@@ -60,3 +64,14 @@ def test_what_ends_at_the_end_of_its_range_is_as_certain_as_what_it_explains():
     assert candidate.effect().height > 0.9 * end
     assert found.score - bare.score > 20.0
     assert significance(found, 0) < 1e-6
+
+
+@pytest.mark.parametrize("loss", [0.01, 0.03])
+def test_what_is_lost_without_an_effect_says_the_same_as_its_size_where_both_are_valid(loss):
+    (kind,) = candidates(DrivelineLoss)
+    found = best_fit(fitted(DrivelineLoss(loss=loss)), kind)
+    without = fitted_without(found, 0)
+    by_size = significance(found, 0)
+    by_loss = likelihood_ratio_p(found, 0, found.score - without.score)
+    assert stats.norm.isf(by_loss) == pytest.approx(stats.norm.isf(by_size), rel=0.1)
+    assert likelihood_ratio_p(found, 0, 0.0) == 0.5
