@@ -49,7 +49,11 @@ from slipbench.identification.mismatch.naming.score import (
 )
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
-from slipbench.identification.mismatch.thresholds import INDISTINGUISHABLE, REQUIRED_GAIN
+from slipbench.identification.mismatch.thresholds import (
+    CONTRADICTED,
+    INDISTINGUISHABLE,
+    REQUIRED_GAIN,
+)
 from slipbench.plant.effects.effect import Effect
 
 MOST = 3
@@ -148,7 +152,7 @@ class Search:
             if contradiction is None:
                 return self._with(replace(named, vetoes=tuple(vetoes)), new, finer, by_rank)
             vetoes.append(contradiction)
-            p = min(p, *rule.ps(finer))
+            p = min(p, CONTRADICTED * min(rule.ps(finer)))
         if not passed:
             p = min((rule.p(rough, t) for t in by_rank), default=1.0)
         return replace(named, vetoes=tuple(vetoes), p=p)
