@@ -10,6 +10,7 @@ from scipy import linalg, optimize
 from slipbench.identification.mismatch.fit.whitening import Whitener, whitener
 from slipbench.identification.mismatch.simulation.model import Model, Series
 from slipbench.identification.mismatch.simulation.once import once
+from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 Integers = npt.NDArray[np.int_]
@@ -142,7 +143,18 @@ def bounded(normal: Floats, gradient: Floats, low: Floats, high: Floats) -> Floa
 
     normal: (p, p), prior included; gradient, low, high: (p,).
     """
-    factor = linalg.cho_factor(normal)
+    try:
+        factor = linalg.cho_factor(normal)
+    except (
+        linalg.LinAlgError
+    ) as cause:  # a response so large that the others are its rounding error
+        raise PlantError(
+            "the equations of a fit are singular",
+            where="step of a fit",
+            expected="responses of comparable size",
+            found=str(cause),
+            remedy="state the sizes and bounds of the parameters",
+        ) from cause
     unbounded = np.asarray(linalg.cho_solve(factor, gradient))
     if np.all((unbounded >= low) & (unbounded <= high)):
         return unbounded
