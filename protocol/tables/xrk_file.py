@@ -38,7 +38,7 @@ def read_xrk(path: Path) -> Table:
     What is damaged is left out, and a warning states how much. Raises InputError where no channel can
     be read.
     """
-    content = _unpacked(read_user_file(path, LARGEST), path)
+    content, warnings = _unpacked(read_user_file(path, LARGEST), path)
     try:
         with _messages_of_library() as said:
             log = optional_library(PARSER).aim_xrk(content)
@@ -51,12 +51,13 @@ def read_xrk(path: Path) -> Table:
         raise _unreadable(path, "no channel with samples")
     count = sum(len(group.channels) for group in groups)
     layout = f"AiM log, decoded by libxrk: {count} channels; times since the first sample"
-    return table_of_groups(str(path), groups, (layout,), tuple(_damage(path, said)))
+    return table_of_groups(str(path), groups, (layout,), (*warnings, *_damage(path, said)))
 
 
-def _unpacked(content: bytes, path: Path) -> bytes:
+def _unpacked(content: bytes, path: Path) -> tuple[bytes, tuple[str, ...]]:
+    """Content of an XRZ file, and a warning where it breaks off; of an XRK file as it is."""
     if not content.startswith(ZLIB):
-        return content
+        return content, ()
     unpacker = zlib.decompressobj()
     try:
         unpacked = unpacker.decompress(content, LARGEST)
@@ -64,7 +65,7 @@ def _unpacked(content: bytes, path: Path) -> bytes:
         raise _unreadable(path, str(cause)) from cause
     if unpacker.unconsumed_tail:
         raise _unreadable(path, f"more than {LARGEST:,} bytes, unpacked")
-    return unpacked
+    return unpacked, () if unpacker.eof else (f"{path}: broken off: read up to its end",)
 
 
 def _unreadable(path: Path, found: str) -> InputError:

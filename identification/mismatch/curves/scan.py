@@ -147,14 +147,12 @@ def _shrunk(normal: Floats, gradient: Floats, columns: Floats) -> Floats:
     MacKay, "Bayesian interpolation", Neural Computation 4 (1992). columns: as for `_solved`.
     """
     rounding = ROUNDING * float(np.max(np.sum(columns**2, axis=0), initial=0.0))
-    energies, axes = np.linalg.eigh(normal)  # what is left of projected columns may be negative
+    # Rounding can make eigenvalues negative where nuisances were projected out.
+    energies, axes = np.linalg.eigh(normal)
     precise = (axes * (np.maximum(energies, 0.0) + rounding)) @ axes.T
-    best, largest = _solved(normal, gradient, columns), -np.inf
+    best, largest = np.zeros(len(gradient)), -np.inf
     for prior, logarithm in _priors(len(gradient)):
-        try:
-            root = linalg.cholesky(precise + prior, lower=True)
-        except linalg.LinAlgError:  # a prior below the rounding error of dependent columns
-            continue
+        root = linalg.cholesky(precise + prior, lower=True)
         values = linalg.cho_solve((root, True), gradient)
         evidence = float(gradient @ values) + logarithm - 2.0 * float(np.sum(np.log(np.diag(root))))
         if evidence > largest:

@@ -141,19 +141,19 @@ class Nuisances:
 def bounded(normal: Floats, gradient: Floats, low: Floats, high: Floats) -> Floats:
     """Return the coordinates z, (p,), between bounds that minimise z' normal z / 2 - gradient' z.
 
-    normal: (p, p), prior included; gradient, low, high: (p,).
+    normal: (p, p), prior included; gradient, low, high: (p,). Raises PlantError where
+    sensitivities are so large that the others are rounding errors beside them.
     """
     try:
         factor = linalg.cho_factor(normal)
-    except (
-        linalg.LinAlgError
-    ) as cause:  # a response so large that the others are its rounding error
+    except linalg.LinAlgError as cause:
+        # Sensitivities diverge where a time constant is shorter than an integration step.
         raise PlantError(
-            "the equations of a fit are singular",
+            "the sensitivities diverge",
             where="step of a fit",
-            expected="responses of comparable size",
+            expected="a time constant of at least one integration step",
             found=str(cause),
-            remedy="state the sizes and bounds of the parameters",
+            remedy="bound the time constants, or give a shorter step",
         ) from cause
     unbounded = np.asarray(linalg.cho_solve(factor, gradient))
     if np.all((unbounded >= low) & (unbounded <= high)):

@@ -13,6 +13,7 @@ from slipbench.identification.mismatch.fit.calibrate import (
 )
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.sizing import limits, trial_sizes
 from slipbench.identification.mismatch.naming.replacement import replacement
@@ -82,8 +83,12 @@ def others_refined(base: Fit, tried: Iterable[Fit]) -> list[Fit]:
 
 def _effective_gain(fit: Fit, base: Fit) -> float:
     """Gain over the base, nats, divided by the variance inflation at placebo locations."""
-    inflations = [c.placebo for c in fit.candidates[len(base.candidates) :] if c.placebo]
-    return (fit.score - base.score) / max((p.inflation for p in inflations), default=1.0)
+    return (fit.score - base.score) / _inflation(fit.candidates[len(base.candidates) :])
+
+
+def _inflation(candidates: Iterable[Hypothesis]) -> float:
+    """Largest variance inflation at placebo locations; 1 for effects without a road position."""
+    return max((c.placebo.inflation for c in candidates if c.placebo), default=1.0)
 
 
 def _refined(fit: Fit) -> Fit:
@@ -100,7 +105,11 @@ def promising(
     The growth of a tyre with speed is nearly absorbed by radius, grip and drag: it scored 3 nats,
     and gained 116 when it was fitted jointly with them.
     """
-    possible = [s for s in scores if s.p <= largest_p and _at_places(s) > enough]
+    possible = [
+        s
+        for s in scores
+        if s.p <= largest_p and s.log_likelihood_gain > enough * _inflation([s.candidate])
+    ]
     threshold = NEAR * (possible[0].log_likelihood_gain if possible else 0.0)
     least = min(_distinct_gains(possible), default=0.0)
     leading = [
@@ -114,12 +123,6 @@ def promising(
         if s.log_likelihood_gain > TRACE and s.kept < ABSORBED and s.typical > MUCH
     ]
     return [*leading, *(s for s in absorbed if s not in leading)][:LONGEST]
-
-
-def _at_places(score: Score) -> float:
-    """Gain, nats, divided by the variance inflation at placebo locations."""
-    placebo = score.candidate.placebo
-    return score.log_likelihood_gain / (placebo.inflation if placebo else 1.0)
 
 
 def _distinct_gains(scores: Sequence[Score]) -> list[float]:

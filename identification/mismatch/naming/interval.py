@@ -35,15 +35,19 @@ class Estimate:
     high: float
 
 
-def deviations(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, Floats]:
-    """Standard deviation of every parameter of all effects, and its degrees of freedom, (p,) each.
+def deviations(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, Floats, Floats]:
+    """Standard deviation of every parameter of all effects, that for white errors, and freedom.
 
-    From time segments: an effect that is visible in only one of four trials is no less significant.
-    given: indices of parameters that are taken as known.
+    The last are degrees of freedom; (p,) each. From time segments: an effect that is visible in
+    only one of four trials is no less significant. given: indices of parameters that are taken as
+    known.
     """
     white, by_clustering = _variances(fit, given)
     variance, freedom = by_clustering[0]
-    return _with_placebo_inflation(fit.candidates, np.sqrt(variance), white, freedom)
+    deviation, total_freedom = _with_placebo_inflation(
+        fit.candidates, np.sqrt(variance), white, freedom
+    )
+    return deviation, np.sqrt(white), total_freedom
 
 
 def half_widths_of(fit: Fit) -> Floats:
@@ -131,18 +135,13 @@ def significance(fit: Fit, number: int) -> float:
     size: they are taken as fitted, and each counts as one more test. The size of a limit is
     significant wherever the limit is nearly reached, so for a limit the response is tested instead.
     """
-    index = sum(len(c.parameters) for c in fit.candidates[:number])
     candidate = fit.candidates[number]
     assert isinstance(candidate, Candidate)
     if limits(candidate.kind):
         return min(1.0, _response_p(fit, number) * len(candidate.parameters))
-    shape_indices = range(index + 1, index + len(candidate.parameters))
-    deviation, freedom = deviations(fit, shape_indices)
+    deviation, _, freedom = _of_size(fit, number)
     excess = abs(candidate.added) - candidate.negligible_difference
-    p = float(stats.t.sf(excess / deviation[index], freedom[index]))
-    if candidate.kind.unseen_turn:
-        p = _over_angles(p, len(fit.model.records))
-    return min(1.0, p * len(candidate.parameters))
+    return _one_sided(fit, number, excess / deviation, freedom)
 
 
 def likelihood_ratio_p(fit: Fit, number: int, loss: float) -> float:
@@ -157,14 +156,29 @@ def likelihood_ratio_p(fit: Fit, number: int, loss: float) -> float:
     assert isinstance(candidate, Candidate)
     if limits(candidate.kind):
         return 1.0
-    index = sum(len(c.parameters) for c in fit.candidates[:number])
-    shape_indices = range(index + 1, index + len(candidate.parameters))
-    deviation, freedom = deviations(fit, shape_indices)
-    white, _ = _variances(fit, shape_indices)
-    inflation = float(deviation[index] ** 2 / white[index])
+    deviation, white, freedom = _of_size(fit, number)
     share = max(1.0 - candidate.negligible_difference / max(abs(candidate.added), 1e-300), 0.0)
-    root = share * math.sqrt(2.0 * max(loss, 0.0) / inflation)
-    p = float(stats.t.sf(root, freedom[index]))
+    return _one_sided(
+        fit, number, share * math.sqrt(2.0 * max(loss, 0.0)) * white / deviation, freedom
+    )
+
+
+def _of_size(fit: Fit, number: int) -> tuple[float, float, float]:
+    """Standard deviation of the size of an effect, that for white errors, degrees of freedom.
+
+    The shapes of the effect are taken as known.
+    """
+    index = sum(len(c.parameters) for c in fit.candidates[:number])
+    shape_indices = range(index + 1, index + len(fit.candidates[number].parameters))
+    deviation, white, freedom = deviations(fit, shape_indices)
+    return float(deviation[index]), float(white[index]), float(freedom[index])
+
+
+def _one_sided(fit: Fit, number: int, root: float, freedom: float) -> float:
+    """One-sided p of a size in standard deviations, corrected for the shapes of its effect."""
+    candidate = fit.candidates[number]
+    assert isinstance(candidate, Candidate)
+    p = float(stats.t.sf(root, freedom))
     if candidate.kind.unseen_turn:
         p = _over_angles(p, len(fit.model.records))
     return min(1.0, p * len(candidate.parameters))

@@ -48,11 +48,7 @@ def _finding(verdict: Verdict) -> str:
         return _no_mismatch(verdict)
     location = verdict.location
     if verdict.unknown and not verdict.shape:
-        contradicted = ", ".join(veto.name for veto in verdict.vetoes)
-        return (
-            "Mismatch detected, not located: the held-out recordings contradict what explains it on"
-            f" the training recordings ({contradicted})."
-        )
+        return f"Mismatch detected, not located: {_why_not_located(verdict)}."
     if verdict.unknown:
         place = (
             f" It acts as {location.injection}{regressor_in_words(location.regressor)}"
@@ -75,6 +71,15 @@ def _finding(verdict: Verdict) -> str:
     parts = [f"{missing} that the simulation lacks"] * bool(missing) + [existing] * bool(existing)
     return " ".join(f"{part[0].upper()}{part[1:]}." for part in parts) + _held_out_improvement(
         verdict
+    )
+
+
+def _why_not_located(verdict: Verdict) -> str:
+    if not verdict.vetoes:
+        return "no effect of the library and no free curve is sufficient"
+    names = ", ".join(veto.name for veto in verdict.vetoes)
+    return (
+        f"the held-out recordings contradict what explains it on the training recordings ({names})"
     )
 
 

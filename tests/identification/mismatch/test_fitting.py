@@ -53,6 +53,14 @@ def base(*effects) -> Fit:
     return calibrate(model, model.origin())
 
 
+def test_a_step_along_diverging_sensitivities_is_refused_as_a_point_that_cannot_be_run() -> None:
+    """A filling time below the integration step gave two sensitivities of 1e32, with one direction."""
+    normal = np.array([[2.0, 0.0, 0.0], [0.0, 1e64, 1e63], [0.0, 1e63, (1.0 - 1e-8) * 1e62]])
+    with pytest.raises(PlantError, match="sensitivities diverge") as refused:
+        bounded(normal, np.ones(3), np.full(3, -2.0), np.full(3, 2.0))
+    assert refused.value.remedy
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_a_bounded_step_is_the_best_within_its_bounds(seed):
     print(f"seed {seed}")

@@ -53,6 +53,17 @@ def test_values_that_many_samples_determine_are_those_of_least_squares(seed):
     assert _shrunk(normal, gradient, columns) == pytest.approx(plain, rel=0.02)
 
 
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 6.0))
+def test_rounding_below_zero_in_a_normal_matrix_leaves_a_solution(seed, exponent):
+    """Nuisances of a bad condition leave a hundred-millionth of the energy, of either sign."""
+    rng = np.random.default_rng(seed)
+    columns = 10.0**exponent * rng.standard_normal((200, 6))
+    normal = columns[:, :3].T @ columns[:, :3]
+    normal = np.pad(normal, (0, 3)) - 1e-8 * np.max(normal) * np.diag([0, 0, 0, 1, 1, 1])
+    gradient = np.concatenate((columns[:, :3].T @ rng.standard_normal(200), np.zeros(3)))
+    assert np.all(np.isfinite(_shrunk(normal, gradient, columns)))
+
+
 WAVES = {"a": [1.0, 2.0], "b": [1.0, 2.0]}
 THREE_INPUTS = """
 name = "Three inputs"

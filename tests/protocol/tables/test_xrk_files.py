@@ -116,6 +116,13 @@ def test_damage_is_said(tmp_path_factory) -> None:
     assert len(samples(table, "Engine RPM", "", ANY).value) < 50
 
 
+def test_a_packed_file_that_breaks_off_is_said(tmp_path_factory) -> None:
+    packed = zlib.compress(FILE)
+    table = read_table(written(tmp_path_factory, packed[: len(packed) * 3 // 4], "xrz"))
+    assert "broken off" in table.warnings[0]
+    assert len(samples(table, "Engine RPM", "", ANY).value) < 50
+
+
 @pytest.mark.parametrize(
     "content",
     [message("CNF", b""), message("CNF", b"x" * 40), zlib.compress(b"no log" * 9), FILE[:40]],

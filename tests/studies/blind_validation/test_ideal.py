@@ -108,15 +108,20 @@ def test_the_difference_is_what_the_recordings_differ_by(
 WARMTH = Hidden("grip_temperature", "moderate", "", {"sensitivity": -3e-3})
 
 
+def check_same_difference(model, one: Case, other: Case) -> None:
+    """The observer subtracts the same from recordings of both cases, and not nothing."""
+    differences = [Observer(c, c.training).difference(model, ()) for c in (one, other)]
+    first, second = ([d for group in found for d in group] for found in differences)
+    assert any(np.any(d) for d in first)
+    for a, b in zip(first, second, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
 def test_the_response_to_bumps_is_no_evidence(tmp_path: Path) -> None:
     """A tyre of less grip answers bumps differently; the bumps are in no recording."""
     smooth, rough = (case_with(WARMTH, bump=b) for b in (0.0, 0.025))
     model = model_of(smooth, tmp_path / "case")
-    of_smooth, of_rough = (Observer(c, c.training).difference(model, ()) for c in (smooth, rough))
-    assert any(np.any(d) for ds in of_smooth for d in ds)
-    for one, other in zip(of_smooth, of_rough, strict=True):
-        for a, b in zip(one, other, strict=True):
-            np.testing.assert_array_equal(a, b)
+    check_same_difference(model, smooth, rough)
 
 
 def test_the_noise_of_a_repeated_frame_is_no_evidence(tmp_path: Path) -> None:
@@ -124,11 +129,7 @@ def test_the_noise_of_a_repeated_frame_is_no_evidence(tmp_path: Path) -> None:
     case = case_with(STALE)
     model = model_of(case, tmp_path / "case")
     quiet = replace(case, truth=replace(case.truth, noises=silent(case.truth.noises)))
-    of_noisy, of_quiet = (Observer(c, c.training).difference(model, ()) for c in (case, quiet))
-    assert any(np.any(d) for ds in of_noisy for d in ds)
-    for one, other in zip(of_noisy, of_quiet, strict=True):
-        for a, b in zip(one, other, strict=True):
-            np.testing.assert_array_equal(a, b)
+    check_same_difference(model, case, quiet)
 
 
 def test_the_gain_is_that_of_a_whole_calibration_without_the_effect(tmp_path: Path) -> None:
