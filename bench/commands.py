@@ -31,6 +31,7 @@ from slipbench.protocol.shipped_files import completion_of, file_of
 
 if TYPE_CHECKING:
     from slipbench.bench.replay.replay_process import Report, RunningReplay
+    from slipbench.bench.trials.outcome import Outcome
 
 LARGEST = 1_000_000_000  # s, or passes: what the shared controls of a replay can hold
 TRIPPED = 3  # exit status of a trial that tripped; 2 is invalid input, 1 a fault of the program
@@ -149,22 +150,29 @@ def trial(
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
     console = Console(stderr=True)
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
-    with (
-        keyboard_interrupt_on_signals(),
-        live_view(folder, address, lambda line: _print(console, line), take_look=True),
-        live_stream(folder, stream, lambda line: _print(console, line)),
-        connected(prepared, connection) as (addresses, process),
-        bar,
-    ):
-        task = bar.add_task(prepared.trial.name, total=script_duration(prepared.trial))
-        outcome = run_trial(
-            prepared,
-            folder,
-            addresses,
-            progress=lambda seconds: bar.update(task, completed=seconds),
-            phases=lambda phase: _print(console, f"{prepared.trial.name}: {_words(phase.name)}"),
-            vehicle=process,
-        )
+    outcome: Outcome | None = None
+    try:
+        with (
+            keyboard_interrupt_on_signals(),
+            live_view(folder, address, lambda line: _print(console, line), take_look=True),
+            live_stream(folder, stream, lambda line: _print(console, line)),
+            connected(prepared, connection) as (addresses, process),
+            bar,
+        ):
+            task = bar.add_task(prepared.trial.name, total=script_duration(prepared.trial))
+            outcome = run_trial(
+                prepared,
+                folder,
+                addresses,
+                progress=lambda seconds: bar.update(task, completed=seconds),
+                phases=lambda phase: _print(
+                    console, f"{prepared.trial.name}: {_words(phase.name)}"
+                ),
+                vehicle=process,
+            )
+    except KeyboardInterrupt:
+        if outcome is None:
+            raise  # otherwise the trial was over, and only the view was not
     for note in in_short(outcome.notes):
         console.print(f"note: {note}")
     if why_not := invalid(outcome, prepared.trial.timing):

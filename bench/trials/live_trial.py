@@ -148,23 +148,23 @@ def live_trial(
             None if vehicle is None else vehicle.pipe,
         )
         loop = spawning.Process(target=serve, args=(order, theirs), name="slipbench loop")
-        try:
-            start(loop)
-            theirs.close()
-            watching.close()
-            with _interrupts_passed_on(loop) as interrupted:
+        with _interrupts_passed_on(loop) as interrupted:
+            try:
+                start(loop)
+                theirs.close()
+                watching.close()
                 room = _opened(ours, loop, addresses, interrupted)
                 yield LiveTrial(loop, ours, frames, phases, order, room, watched, vehicle)
-        finally:
-            ours.close()
-            watched.close()
-            frames.close()
-            theirs.close()
-            if loop.pid is not None:
-                loop.join(JOIN)
-            if loop.is_alive():
-                loop.kill()
-                loop.join()
+            finally:
+                ours.close()
+                watched.close()
+                frames.close()
+                theirs.close()
+                if loop.pid is not None:
+                    loop.join(JOIN)
+                if loop.is_alive():
+                    loop.kill()
+                    loop.join()
 
 
 def _opened(
@@ -235,6 +235,8 @@ def _ring(slots: int = 1 << 16) -> Iterator[tuple[str, Ring]]:
 @contextmanager
 def _interrupts_passed_on(loop: BaseProcess) -> Iterator[threading.Event]:
     """Pass Ctrl-C and other requests to end on to the loop, which returns control to the rider.
+
+    After the loop has ended they have no effect: the outcome is being written.
 
     Yields an event that is set once the operator has requested the end.
     """

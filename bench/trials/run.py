@@ -53,12 +53,12 @@ def run_trial(
             description = begin_run(prepared, folder, None)
             with _failure_described(folder, description, prepared.trial):
                 outcome = trial.run(folder, progress, phases)
-    else:
-        with live_trial(prepared, addresses, vehicle) as loop:
-            description = begin_run(prepared, folder, addresses, loop.receive_buffer)
-            with _failure_described(folder, description, prepared.trial):
-                outcome = loop.run(folder, phases, progress)
-    return end_run(folder, description, outcome, prepared.trial)
+        return end_run(folder, description, outcome, prepared.trial)
+    with live_trial(prepared, addresses, vehicle) as loop:
+        description = begin_run(prepared, folder, addresses, loop.receive_buffer)
+        with _failure_described(folder, description, prepared.trial):
+            outcome = loop.run(folder, phases, progress)
+        return end_run(folder, description, outcome, prepared.trial)  # before Ctrl-C has effect
 
 
 @contextmanager

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import can
 import pytest
@@ -56,6 +57,21 @@ def test_a_tripped_trial_ends_with_3_and_says_why(monkeypatch, capsys, short, tm
     file = short(('slip = "8 %"', 'slip = "1.2 %"'))
     status, _, err = run(monkeypatch, capsys, "trial", file, "--out", tmp_path / "run")
     assert status == 3
+    assert "tripped: slip of " in err
+
+
+def test_ctrl_c_after_the_trial_costs_no_outcome(monkeypatch, capsys, short, tmp_path):
+    """A page may ask for a trip while the trial ends by itself."""
+
+    @contextmanager
+    def late(*_args, **_options):
+        yield
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr("slipbench.bench.view.view_process.live_view", late)
+    file = short(('slip = "8 %"', 'slip = "1.2 %"'))
+    status, out, err = run(monkeypatch, capsys, "trial", file, "--out", tmp_path / "run")
+    assert (status, out) == (3, f"{tmp_path / 'run'}\n")
     assert "tripped: slip of " in err
 
 

@@ -16,7 +16,7 @@ from slipbench.bench.loop.realtime_process import NO_SPIN
 from slipbench.bench.loop.ticks import read_ticks
 from slipbench.bench.trials.live_trial import _opened
 from slipbench.bench.trials.progress import script_duration
-from slipbench.bench.trials.run import run_trial
+from slipbench.bench.trials.run import end_run, run_trial
 from slipbench.bench.vehicle.live_vehicle import vehicle_process
 from slipbench.protocol.codec.messages import Phase, TripReason
 from slipbench.protocol.errors import InputError
@@ -90,6 +90,19 @@ def test_a_recorder_that_is_killed_ends_the_trial_without_an_excitation(tmp_path
     assert outcome.state.phase == Phase.TRIPPED
     assert outcome.state.trip.reason == TripReason.RECORDER
     assert "the recorder's process died (signal 9)" in outcome.notes
+
+
+def test_ctrl_c_while_the_outcome_is_written_leaves_it_complete(tmp_path, monkeypatch):
+    """A page may ask for a trip while the trial ends by itself."""
+
+    def interrupted(*written):
+        signal.raise_signal(signal.SIGINT)
+        return end_run(*written)
+
+    monkeypatch.setattr("slipbench.bench.trials.run.end_run", interrupted)
+    outcome = ridden(prepared(excitation__duration="200 ms"), tmp_path / "run")
+    phase = read(tmp_path / "run").description["outcome"]["phase"]
+    assert phase == outcome.state.phase.name.lower()
 
 
 def stopping(name: str, when: Phase):
