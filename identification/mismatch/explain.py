@@ -227,7 +227,7 @@ def _confirmed(a: Analysis, found: FreeCurve) -> float:
     """Return the held-out log-likelihood gain of a curve, nats; inf without held-out recordings.
 
     The smaller of two gains: with all parameters estimated again, and with the parameters of the
-    training recordings.
+    training recordings within their uncertainty.
     """
     assert a.base is not None
     if a.held_out is None:
@@ -258,10 +258,10 @@ def _predict_better(a: Analysis, gain: float) -> bool:
     fit = a.named.fit
     moved = refit_on(fit, a.held_out).score - refit_on(a.base, a.held_out).score
     try:
-        unmoved = predicted_gain(a.held_out, a.base, fit, a.held_out)
-    except PlantError:  # not simulable with unchanged parameters
+        predicted = predicted_gain(a.held_out, a.base, fit, a.held_out)
+    except PlantError:  # it cannot be simulated with the parameters of the training recordings
         return False
-    return min(moved, unmoved) > gain
+    return min(moved, predicted) > gain
 
 
 def _withdraw(a: Analysis, place: str) -> None:

@@ -118,21 +118,27 @@ class Fit:
             return self
         model = self.model.coarse
         new = replace(self, model=model, predicted=predict(model, self.point))
-        return whitened_as(self, new)
+        return with_effect_slopes_of(self, whitened_as(self, new))
 
     def fine(self, model: Model) -> "Fit":
         """Return the same point simulated with the steps of a model."""
-        return replace(self, model=model, predicted=predict(model, self.point))
+        new = replace(self, model=model, predicted=predict(model, self.point))
+        return with_effect_slopes_of(self, new)
+
+    @once
+    def effect_slopes(self) -> Series:
+        """Sensitivities to the parameters of all effects, (T, m, parameters), unwhitened."""
+        return _parameter_slopes(self)
 
     @once
     def effect_columns(self) -> Floats:
         """Whitened sensitivities to the parameters of all effects, shape (rows, parameters)."""
-        return whiten_and_stack(self.model, self.noise, _parameter_columns(self))
+        return whiten_and_stack(self.model, self.noise, self.effect_slopes)
 
 
 def renoised(fit: Fit) -> Fit:
     """Return the fit with the noise model fitted to its own residuals."""
-    return replace(fit, noise=whiteners(fit.model, fit.residuals))
+    return with_effect_slopes_of(fit, replace(fit, noise=whiteners(fit.model, fit.residuals)))
 
 
 def with_effects(fit: Fit, candidates: Sequence[Hypothesis]) -> Fit:
@@ -155,7 +161,14 @@ def whitened_as(fit: Fit, new: Fit) -> Fit:
     return new
 
 
-def _parameter_columns(fit: Fit) -> Series:
+def with_effect_slopes_of(fit: Fit, new: Fit) -> Fit:
+    """Return `new`, of the same point and effects, with the sensitivities to them, if known."""
+    if "effect_slopes" in fit.__dict__:
+        new.__dict__["effect_slopes"] = fit.effect_slopes
+    return new
+
+
+def _parameter_slopes(fit: Fit) -> Series:
     """Sensitivities to the effect parameters, (T, m, parameters), unwhitened."""
     model = fit.model.coarse
     base = fit.predicted if model is fit.model else predict(model, fit.point)

@@ -11,6 +11,7 @@ from slipbench.identification.mismatch.fit.crank_phase import scanned
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised
 from slipbench.identification.mismatch.fit.floor import floors
 from slipbench.identification.mismatch.fit.optimize import at_fixed_noise, optimize
+from slipbench.identification.mismatch.fit.predictive import predictive
 from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacobian
 from slipbench.identification.mismatch.fit.sensitivity import change, sensitivities
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
@@ -162,12 +163,12 @@ def simulated_only(model: Model, system: System, noise_source: Fit) -> Fit:
 
 
 def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
-    """Return the held-out gain of a fit over a base, both with unchanged parameters, nats.
+    """Return the held-out gain of a fit over a base, nats; see predictive.py.
 
     improved: the held-out model in which the identified effects act.
     """
-    before, after = _predictions(model, base, fit, improved)
-    return after.score - before.score
+    before, after = _simulations(model, base, fit, improved)
+    return predictive(fit, after, improved) - predictive(base, before, model)
 
 
 def error_ratio(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
@@ -176,7 +177,7 @@ def error_ratio(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
     Both have unchanged parameters; improved: as for `predicted_gain`. Outputs that are not recorded
     there do not count.
     """
-    before, after = _predictions(model, base, fit, improved)
+    before, after = _simulations(model, base, fit, improved)
     squares = (
         [float(np.mean(_segment_squares(run, b, j))) for run in (before, after)]
         for b, group in enumerate(model.partition.groups)
@@ -186,7 +187,7 @@ def error_ratio(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
 
 
 @lru_cache(maxsize=2)
-def _predictions(model: Model, base: Fit, fit: Fit, improved: Model) -> tuple[Fit, Fit]:
+def _simulations(model: Model, base: Fit, fit: Fit, improved: Model) -> tuple[Fit, Fit]:
     return (
         simulated_only(model, base.model.at(base.point), fit),
         simulated_only(improved, fit.model.at(fit.point), fit),
@@ -196,7 +197,7 @@ def _predictions(model: Model, base: Fit, fit: Fit, improved: Model) -> tuple[Fi
 def mispredicted(model: Model, base: Fit, fit: Fit, most: float) -> Veto | None:
     """Return the veto against effects that worsen the prediction of recordings, or None.
 
-    most: largest acceptable loss, nats. All parameters are fixed in both simulations.
+    most: largest acceptable loss, nats. Parameters keep their posterior of the training recordings.
     """
     name = " + ".join(e.key for e in fit.point.effects if e not in base.point.effects)
     try:
@@ -204,8 +205,8 @@ def mispredicted(model: Model, base: Fit, fit: Fit, most: float) -> Veto | None:
     except PlantError as fault:
         return Veto(name, -math.inf, -most, f"they cannot be simulated with it: {fault}")
     reason = (
-        "with the parameters of the training recordings the held-out log-likelihood falls by"
-        f" {-gain:.0f} nats"
+        "with the parameters of the training recordings, within their uncertainty, the held-out"
+        f" log-likelihood falls by {-gain:.0f} nats"
     )
     return Veto(name, gain, -most, reason) if gain < -most else None
 

@@ -4,7 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.fitting import Fit, parameters, renoised
+from slipbench.identification.mismatch.fit.fitting import (
+    Fit,
+    parameters,
+    renoised,
+    with_effect_slopes_of,
+)
 from slipbench.identification.mismatch.fit.optimize import after_step, limits_of, optimize
 from slipbench.identification.mismatch.fit.resolution import strengths_of
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
@@ -39,7 +44,7 @@ def relinearized(fit: Fit) -> Fit:
     known = bool(fit.slopes) and fit.model.system.smooth
     strengths = strengths_of(fit.nuisances.columns) if known else ()
     slopes = sensitivities(fit.model, fit.point, strengths)
-    return replace(fit, slopes=slopes, slopes_at=None)
+    return with_effect_slopes_of(fit, replace(fit, slopes=slopes, slopes_at=None))
 
 
 def farther_along(before: Fit, after: Fit) -> Fit:
