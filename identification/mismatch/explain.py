@@ -41,6 +41,7 @@ from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.naming.next_trial import next_trial
 from slipbench.identification.mismatch.naming.search import MOST, Say, Search
+from slipbench.identification.mismatch.simulation.kept import forget_results
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.identification.mismatch.thresholds import (
     CONFIRMED,
@@ -90,10 +91,13 @@ def analyse(
     until: number of steps to run; None: all.
     """
     library = so_far.system.library if library is None else library
-    for number, step in enumerate(STEPS[:until], start=1):
-        if number > so_far.done:
-            step(so_far, library, say)
-            so_far.done = number
+    try:
+        for number, step in enumerate(STEPS[:until], start=1):
+            if number > so_far.done:
+                step(so_far, library, say)
+                so_far.done = number
+    finally:
+        forget_results()
     so_far.complete = until is None
     return so_far
 

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from slipbench.identification.mismatch.fit.predictive import predictive
 from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacobian
 from slipbench.identification.mismatch.fit.sensitivity import change, sensitivities
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
+from slipbench.identification.mismatch.simulation.kept import last_results
 from slipbench.identification.mismatch.simulation.model import Model, Point, predict
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.thresholds import CONFIRMED, LARGE_ERROR
@@ -49,7 +49,7 @@ class Error:
         return self.improved > LARGE_ERROR * self.floor
 
 
-@lru_cache(maxsize=4)
+@last_results(4)
 def refit_on(fit: Fit, model: Model) -> Fit:
     """Refit a fitted system on other recordings; all uncertain parameters are free again."""
     start = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
@@ -186,7 +186,7 @@ def error_ratio(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
     return max((math.sqrt(two / one) for one, two in squares if one > 0.0), default=1.0)
 
 
-@lru_cache(maxsize=2)
+@last_results(2)
 def _simulations(model: Model, base: Fit, fit: Fit, improved: Model) -> tuple[Fit, Fit]:
     return (
         simulated_only(model, base.model.at(base.point), fit),

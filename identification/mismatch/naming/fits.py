@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from functools import lru_cache
 
 from slipbench.identification.mismatch.fit.calibrate import (
     at_prior_mean,
@@ -18,6 +17,7 @@ from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.sizing import limits, trial_sizes
 from slipbench.identification.mismatch.naming.replacement import replacement
 from slipbench.identification.mismatch.naming.score import Score, Screening
+from slipbench.identification.mismatch.simulation.kept import last_results
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
@@ -213,7 +213,7 @@ def moved(without: Fit, fit: Fit, i: int, relocated: Candidate) -> Fit | None:
     return new if new.score > fit.score else None
 
 
-@lru_cache(maxsize=8)
+@last_results(8)
 def fitted_without(fit: Fit, i: int) -> Fit | None:
     """Return the fit without one of its effects; None where it cannot be simulated."""
     others = (*fit.candidates[:i], *fit.candidates[i + 1 :])

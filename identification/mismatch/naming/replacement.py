@@ -7,7 +7,6 @@ must gain a sufficient share of what their deviations gained; then everything is
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
@@ -15,6 +14,7 @@ from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.refit import relinearized
 from slipbench.identification.mismatch.naming.score import Score, Screening, screen
+from slipbench.identification.mismatch.simulation.kept import last_results
 from slipbench.identification.mismatch.thresholds import REPLACED_SHARE
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
@@ -72,7 +72,7 @@ class Replacement:
         return beside.score + max(self.fit.score - self.fixed.score, 0.0)
 
 
-@lru_cache(maxsize=1)
+@last_results(1)
 def replacement(
     fit: Fit, library: tuple[type[Effect], ...], before: Screening | None = None
 ) -> Replacement | None:

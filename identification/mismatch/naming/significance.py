@@ -10,7 +10,6 @@ a factor of two.
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
@@ -20,6 +19,7 @@ from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.fit.variance_inflation import VarianceInflation, amplitude_p
 from slipbench.identification.mismatch.naming.fits import fitted_without
 from slipbench.identification.mismatch.naming.interval import likelihood_ratio_p, significance
+from slipbench.identification.mismatch.simulation.kept import last_results
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.thresholds import CONFIRMED, JOINT_TEST_P
 from slipbench.plant.errors import PlantError
@@ -71,7 +71,7 @@ def joined(one: float, other: float) -> float:
     return product * (1.0 - math.log(product)) if product > 0.0 else 0.0
 
 
-@lru_cache(maxsize=16)
+@last_results(16)
 def predicted_held_out(fit: Fit, number: int, held_out: Model) -> float:
     """One-sided p of an effect's amplitude on recordings that it was not fitted to.
 
