@@ -68,7 +68,7 @@ class Session:
         """Complete attempts at a run."""
         return attempts(self.folder, run.name)
 
-    def settled(self, run: PlannedRun) -> bool:
+    def finished(self, run: PlannedRun) -> bool:
         """Whether a run needs no other attempt."""
         done = self.attempts(run)
         if not done:
@@ -159,7 +159,7 @@ def next_step(session: Session) -> Ride | TakeLook | None:
         unseen = next((each for each in done if not each.verdict), None)
         if unseen is not None:
             return TakeLook(run, unseen, _earlier(session, run, unseen))
-        if not session.settled(run):
+        if not session.finished(run):
             return Ride(run, done[-1].number + 1 if done else 1)
     return None
 

@@ -38,7 +38,7 @@ class LiveSource:
         return self._view.running
 
     @property
-    def told(self) -> bool:
+    def up_to_date(self) -> bool:
         """Whether every page has the end of the newest run, with its quick look."""
         return self._complete and all(queue.empty() for queue in self._pages)
 

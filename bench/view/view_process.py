@@ -93,7 +93,7 @@ def _finish(order: ViewOrder, source: LiveSource) -> None:
                 check=False,
             )
     for _ in range(GLANCES):
-        if source.told:
+        if source.up_to_date:
             break
         pause.wait(GLANCE)
     pause.wait(LAST_UPDATES)  # what was sent last is under way

@@ -28,19 +28,19 @@ def crc_is_right(payload: bytearray, data_id: int) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class LastSeen:
+class ReceiverState:
     """State of the receiver of one message: the last good counter, and its time."""
 
     counter: int | None = None
     time: float | None = None
 
 
-INITIAL = LastSeen()
+INITIAL = ReceiverState()
 
 
 def check(
-    state: LastSeen, counter: int, crc_ok: bool, now: float, timeout: float
-) -> tuple[LastSeen, FrameFault | None]:
+    state: ReceiverState, counter: int, crc_ok: bool, now: float, timeout: float
+) -> tuple[ReceiverState, FrameFault | None]:
     """Check the frame that has just arrived. now, timeout: in one unit, s or ns.
 
     A frame with a wrong CRC or a repeated counter does not update the state. After a
@@ -49,7 +49,7 @@ def check(
     """
     if not crc_ok:
         return state, FrameFault(Fault.CRC)
-    fresh = LastSeen(counter, now)
+    fresh = ReceiverState(counter, now)
     late = silence(state, now, timeout)
     if state.counter is None or late is not None:
         return fresh, late
@@ -59,7 +59,7 @@ def check(
     return fresh, FrameFault(Fault.LOST, count=step - 1) if step > 1 else None
 
 
-def silence(state: LastSeen, now: float, timeout: float) -> FrameFault | None:
+def silence(state: ReceiverState, now: float, timeout: float) -> FrameFault | None:
     """Fault where no good frame has come for longer than `timeout`; never before the first."""
     if state.time is None or now - state.time <= timeout:
         return None

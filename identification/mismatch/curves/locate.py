@@ -23,7 +23,7 @@ from slipbench.identification.mismatch.curves.scan import (
 )
 from slipbench.identification.mismatch.curves.tooth_curve import discs, tooth_columns
 from slipbench.identification.mismatch.curves.trace import simulated_responses
-from slipbench.identification.mismatch.curves.whitened import Waveforms, Whitened
+from slipbench.identification.mismatch.curves.whitened import Waveforms, WhitenedResponses
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.fit.variance_inflation import amplitude_p
@@ -51,8 +51,8 @@ def locate(training: Linearization, held_out: Linearization | None) -> list[Curv
     The curves of one injection point are tested together; their responses are discarded afterwards
     to limit memory. held_out: linearization of the held-out recordings, if there are any.
     """
-    training_whitened = Whitened(training.fit)
-    held_out_whitened = None if held_out is None else (held_out, Whitened(held_out.fit))
+    training_whitened = WhitenedResponses(training.fit)
+    held_out_whitened = None if held_out is None else (held_out, WhitenedResponses(held_out.fit))
     batches = chain(
         scan_curves(training, training_whitened),
         around_turns(training, training_whitened),
@@ -84,7 +84,7 @@ def _simplest(curves: list[Curve]) -> list[Curve]:
 
 def _tested_curves(
     training: Linearization,
-    held_out: tuple[Linearization, Whitened] | None,
+    held_out: tuple[Linearization, WhitenedResponses] | None,
     candidates: list[CurveCandidate],
 ) -> Iterator[Curve]:
     """Yield the curves of one injection point; p without correction for multiple tests."""
@@ -134,7 +134,7 @@ def _sort_key(curve: Curve) -> float:
 
 
 def _confirmed(
-    linear: Linearization, whitened: Whitened, candidates: list[CurveCandidate]
+    linear: Linearization, whitened: WhitenedResponses, candidates: list[CurveCandidate]
 ) -> list[_Held]:
     """Return the results of the fitted curves of one injection point on other recordings."""
     known, columns = _columns(linear, whitened, candidates)
@@ -151,21 +151,24 @@ def _confirmed(
 
 
 def _columns(
-    linear: Linearization, whitened: Whitened, candidates: list[CurveCandidate]
+    linear: Linearization, whitened: WhitenedResponses, candidates: list[CurveCandidate]
 ) -> tuple[list[int], Floats]:
     """Return the indices of the curves whose regressor exists, and their responses, (rows, k)."""
     place = candidates[0].place
     if kind_of(candidates[0].regressor) == TURN and (place.inputs or place in _discs(linear)):
         found = _periodic_response(linear, whitened, candidates[0])
         return ([0], found[:, None]) if found is not None else ([], np.zeros((0, 0)))
-    by_record = whitened.seen_by(place.subsystem)
+    by_record = whitened.regressors_of(place.subsystem)
     known = [i for i, f in enumerate(candidates) if f.regressor in by_record[0][1]]
     knots = {candidates[i].regressor: candidates[i].knots for i in known}
     if not known:
         return [], np.zeros((0, 0))
     values = linalg.block_diag(*(place.size * candidates[i].values[:, None] for i in known))
     waveforms = Waveforms(
-        [tents @ values for tents in whitened.along(place.subsystem, knots).pushes]
+        [
+            tents @ values
+            for tents in whitened.unit_disturbances(place.subsystem, knots).disturbances
+        ]
     )
     return known, whitened.columns(place, waveforms)
 
@@ -175,14 +178,14 @@ def _discs(linear: Linearization) -> list[InjectionPoint]:
 
 
 def _periodic_response(
-    linear: Linearization, whitened: Whitened, found: CurveCandidate
+    linear: Linearization, whitened: WhitenedResponses, found: CurveCandidate
 ) -> Floats | None:
     """Return the whitened response of a periodic curve, (rows,); None where there is no angle."""
     fit, place = linear.fit, found.place
     if not place.inputs:
         tooth_responses = whiten_and_stack(fit.model, fit.noise, tooth_columns(fit, place))
         return np.asarray(tooth_responses @ found.values)
-    by_record = whitened.seen_by(place.subsystem)
+    by_record = whitened.regressors_of(place.subsystem)
     if found.regressor not in by_record[0][1]:
         return None
     values = [place.size * found.values]

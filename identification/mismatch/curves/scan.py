@@ -15,7 +15,7 @@ from slipbench.identification.mismatch.curves.trace import (
     sensors_as_places,
     simulated_responses,
 )
-from slipbench.identification.mismatch.curves.whitened import Whitened
+from slipbench.identification.mismatch.curves.whitened import WhitenedResponses
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.stack import LARGEST, Integers, whiten_and_stack
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
@@ -57,7 +57,9 @@ class CurveCandidate:
     cross_predicted: Floats | None = None
 
 
-def scan_curves(linear: Linearization, whitened: Whitened) -> Iterator[list[CurveCandidate]]:
+def scan_curves(
+    linear: Linearization, whitened: WhitenedResponses
+) -> Iterator[list[CurveCandidate]]:
     """Fit every curve to the residuals of the training set; yield them by injection point.
 
     An injection point occurs several times where its columns exceed the memory limit.
@@ -65,7 +67,7 @@ def scan_curves(linear: Linearization, whitened: Whitened) -> Iterator[list[Curv
     fit = linear.fit
     points = (*places(fit), *sensors_as_places(fit))
     for subsystem in fit.model.partition.subsystems:
-        by_record = whitened.seen_by(subsystem)
+        by_record = whitened.regressors_of(subsystem)
         knots = {
             n: knots_for(n, concatenated_bins(n, by_record))
             for n in by_record[0][1]
@@ -96,14 +98,14 @@ def _at_place(
     place: InjectionPoint,
     knots: Mapping[str, Floats],
     units: Floats,
-    whitened: Whitened,
+    whitened: WhitenedResponses,
 ) -> list[CurveCandidate]:
     """Fit the curves over these regressors at one injection point. units: see `_units`.
 
     Nuisances are projected out of the columns only where the gain suffices for cross-validation:
     for the values, products with the nuisances suffice (see `Nuisances.products`).
     """
-    tents = whitened.along(place.subsystem, knots)
+    tents = whitened.unit_disturbances(place.subsystem, knots)
     columns = place.size * whitened.columns(place, tents) * units
     gradients = columns.T @ linear.residuals[: len(columns)]
     correlations, coordinates = linear.nuisances.products(columns)
@@ -118,7 +120,7 @@ def _at_place(
         if gain > enough(k.size):
             scaled = _shrunk(normal, gradients[part], own)
         values = units[part] * scaled
-        tent_waveforms = np.concatenate([h[:, part] for h in tents.pushes])
+        tent_waveforms = np.concatenate([h[:, part] for h in tents.disturbances])
         amplitude = _half_range_of(place.size * tent_waveforms @ values)
         cross_predicted = None
         if gain > enough(k.size):
@@ -182,14 +184,16 @@ def _units(knots: Mapping[str, Floats], by_record: RecordRegressors) -> Floats:
     return np.where(size > 0.0, 1.0 / np.where(size > 0.0, size, 1.0), 1.0)
 
 
-def around_turns(linear: Linearization, whitened: Whitened) -> Iterator[list[CurveCandidate]]:
+def around_turns(
+    linear: Linearization, whitened: WhitenedResponses
+) -> Iterator[list[CurveCandidate]]:
     """Fit a periodic curve of each angle at every injection point.
 
     A revolution takes only a few bins, so impulse responses in bins are too coarse: each knot is
     simulated. A sensor responds without delay, so its response is exact in bins.
     """
     for place in (*places(linear.fit), *sensors_as_places(linear.fit)):
-        by_record = whitened.seen_by(place.subsystem)
+        by_record = whitened.regressors_of(place.subsystem)
         for regressor in (n for n in by_record[0][1] if kind_of(n) == TURN):
             knots = knots_for(regressor, concatenated_bins(regressor, by_record))
             if knots.size > 2 and place.inputs:

@@ -34,16 +34,16 @@ Spectra = npt.NDArray[np.complex128]
 class Waveforms:
     """Disturbance waveforms by record, one value per bin, (bins, k) each. spectra: cached."""
 
-    pushes: Sequence[Floats]
+    disturbances: Sequence[Floats]
     spectra: dict[tuple[int, int], Spectra] = field(default_factory=dict)
 
-    def through(self, record: int, impulse_response: Floats, lost: int) -> Floats:
+    def filtered(self, record: int, impulse_response: Floats, lost: int) -> Floats:
         """Return the filtered disturbances of a record, (bins - lost, m, k).
 
         impulse_response: of the outputs, (memory, m); lost: number of first rows to omit.
         Disturbances are zero before the first bin.
         """
-        disturbance, memory = self.pushes[record], len(impulse_response)
+        disturbance, memory = self.disturbances[record], len(impulse_response)
         if memory <= SHORT:
             before = max(memory - 1 - lost, 0)
             padded = np.pad(disturbance, ((before, 0), (0, 0)))
@@ -65,56 +65,60 @@ class Waveforms:
 class WhitenedImpulseResponse:
     """Impulse response of the outputs of an output group, (memory, m), with a noise model.
 
-    whole: whitened impulse response, longer by the order of the noise model. begin: its first rows,
-    not whitened.
+    whitened: whitened impulse response, longer by the order of the noise model. first_rows: of the
+    response, not whitened.
     """
 
-    white: Whitener
-    whole: Floats
-    begin: Floats
+    whitener: Whitener
+    whitened: Floats
+    first_rows: Floats
 
     @staticmethod
-    def of(white: Whitener, impulse_response: Floats) -> "WhitenedImpulseResponse":
+    def of(whitener: Whitener, impulse_response: Floats) -> "WhitenedImpulseResponse":
         """Whiten an impulse response, (memory, m)."""
-        padded = np.pad(impulse_response, ((white.order, white.order), (0, 0)))
+        padded = np.pad(impulse_response, ((whitener.order, whitener.order), (0, 0)))
         return WhitenedImpulseResponse(
-            white, white.innovations(padded), impulse_response[: white.order]
+            whitener, whitener.innovations(padded), impulse_response[: whitener.order]
         )
 
-    def to(self, waveforms: Waveforms, record: int) -> Floats:
+    def response(self, waveforms: Waveforms, record: int) -> Floats:
         """Return the whitened responses to the waveforms of a record, (bins, m, k)."""
-        order = self.white.order
-        later = waveforms.through(record, self.whole, order)
+        order = self.whitener.order
+        later = waveforms.filtered(record, self.whitened, order)
         if not order:
             return later
-        opening = Waveforms([waveforms.pushes[record][:order]]).through(0, self.begin, 0)
-        return np.concatenate((self.white.opening(opening), later))
+        opening = Waveforms([waveforms.disturbances[record][:order]]).filtered(
+            0, self.first_rows, 0
+        )
+        return np.concatenate((self.whitener.opening(opening), later))
 
 
 @dataclass(frozen=True, eq=False)
-class Whitened:
+class WhitenedResponses:
     """Whitened impulse responses of a fit and the regressors, cached.
 
-    seen: by subsystem, see `seen_by`; answers: by injection point; plain: simulations without
-    impulse; tents: the last tent functions.
+    regressors: by subsystem, see `regressors_of`; impulse_responses: by injection point; runs:
+    simulations without an impulse; tents: the last tent functions.
     """
 
     fit: Fit
-    seen: dict[str, RecordRegressors] = field(default_factory=dict)
-    answers: dict[str, list[list[WhitenedImpulseResponse | None]]] = field(default_factory=dict)
-    plain: Runs = field(default_factory=dict)
+    regressors: dict[str, RecordRegressors] = field(default_factory=dict)
+    impulse_responses: dict[str, list[list[WhitenedImpulseResponse | None]]] = field(
+        default_factory=dict
+    )
+    runs: Runs = field(default_factory=dict)
     tents: dict[tuple[str, ...], Waveforms] = field(default_factory=dict)
 
-    def seen_by(self, subsystem: str) -> RecordRegressors:
+    def regressors_of(self, subsystem: str) -> RecordRegressors:
         """Return every record with the regressors of a subsystem that all records contain.
 
         By name, SI, shape (rows,) each; (2, rows) for a scale.
         """
-        if subsystem not in self.seen:
-            self.seen[subsystem] = regressors_by_record(self.fit, subsystem)
-        return self.seen[subsystem]
+        if subsystem not in self.regressors:
+            self.regressors[subsystem] = regressors_by_record(self.fit, subsystem)
+        return self.regressors[subsystem]
 
-    def along(self, subsystem: str, knots: Mapping[str, Floats]) -> Waveforms:
+    def unit_disturbances(self, subsystem: str, knots: Mapping[str, Floats]) -> Waveforms:
         """Return the unit disturbances of each knot of each regressor, side by side.
 
         knots: of each regressor, shape (knots,), SI. The waveforms have shape (bins, all knots).
@@ -122,8 +126,8 @@ class Whitened:
         key = (subsystem, *knots)
         if key not in self.tents:
             self.tents.clear()
-            seen = self.seen_by(subsystem)
-            self.tents[key] = Waveforms([in_bins(record, knots, s) for record, s in seen])
+            records = self.regressors_of(subsystem)
+            self.tents[key] = Waveforms([in_bins(record, knots, s) for record, s in records])
         return self.tents[key]
 
     def columns(self, place: InjectionPoint, waveforms: Waveforms) -> Floats:
@@ -131,27 +135,27 @@ class Whitened:
 
         waveforms: the disturbances, shape (bins, k) by record.
         """
-        if place.name not in self.answers:
-            self.answers[place.name] = self._responses(place)
+        if place.name not in self.impulse_responses:
+            self.impulse_responses[place.name] = self._responses(place)
         measured = self.fit.model.measured
         stacked = np.zeros(
-            (sum(m.size for ms in measured for m in ms), waveforms.pushes[0].shape[1])
+            (sum(m.size for ms in measured for m in ms), waveforms.disturbances[0].shape[1])
         )
         first = 0
-        for responses, block in zip(self.answers[place.name], measured, strict=True):
+        for responses, block in zip(self.impulse_responses[place.name], measured, strict=True):
             for r, (impulse_response, m) in enumerate(zip(responses, block, strict=True)):
                 if impulse_response is not None:
-                    stacked[first : first + m.size] = impulse_response.to(waveforms, r).reshape(
-                        m.size, -1
-                    )
+                    stacked[first : first + m.size] = impulse_response.response(
+                        waveforms, r
+                    ).reshape(m.size, -1)
                 first += m.size
         return stacked
 
     def _responses(self, place: InjectionPoint) -> list[list[WhitenedImpulseResponse | None]]:
         """Return the responses to an impulse by output group and record; None: not affected."""
         return [
-            [WhitenedImpulseResponse.of(white, one) if one.size else None for one in ones]
-            for white, ones in zip(
-                self.fit.noise, impulse_responses(self.fit, place, self.plain), strict=True
+            [WhitenedImpulseResponse.of(whitener, one) if one.size else None for one in ones]
+            for whitener, ones in zip(
+                self.fit.noise, impulse_responses(self.fit, place, self.runs), strict=True
             )
         ]

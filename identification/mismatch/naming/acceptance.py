@@ -42,17 +42,17 @@ class Acceptance:
     found: Mapping[str, int] = field(default_factory=dict)
 
     @property
-    def certainty(self) -> SignificanceRule:
+    def significance_rule(self) -> SignificanceRule:
         """Significance rule for effects found by the last screening."""
         return self._significance_rule(self.screenings)
 
-    def certain(self, fit: Fit, i: int) -> bool:
+    def is_significant(self, fit: Fit, i: int) -> bool:
         """Return whether effect i of a fit is significant at the level at which it was found."""
         return self._significance_rule_of(fit, i).holds(fit, i)
 
     def all_significant(self, fit: Fit) -> bool:
         """Return whether all effects of a fit are significant."""
-        return all(self.certain(fit, i) for i in range(len(fit.candidates)))
+        return all(self.is_significant(fit, i) for i in range(len(fit.candidates)))
 
     def _significance_rule_of(self, fit: Fit, i: int) -> SignificanceRule:
         return self._significance_rule(self.found.get(fit.candidates[i].name, self.screenings))
@@ -72,21 +72,21 @@ class Acceptance:
         ):
             return False
         indices = range(len(before.candidates), len(after.candidates))
-        return all(self.certain(after, i) for i in indices)
+        return all(self.is_significant(after, i) for i in indices)
 
     def keeps(self, fit: Fit, i: int, lost: Sequence[float]) -> bool:
         """Return whether effect i is kept. lost: loss without each of the effects, nats."""
         effects = zip(lost, fit.candidates, strict=True)
         similar = [nats for nats, c in effects if same_injection_point(fit, c, fit.candidates[i])]
         required = max(REQUIRED_GAIN, FORMULA_SHARE * max(similar, default=0.0))
-        return lost[i] >= required and self.certain(fit, i)
+        return lost[i] >= required and self.is_significant(fit, i)
 
     def p(self, before: Fit, after: Fit) -> float:
         """Family-wise p of rejected effects; 1 if their gain is too small."""
         if after.score - before.score < REQUIRED_GAIN:
             return 1.0
         value = significance(after, len(before.candidates))
-        return max(_family_wise(value, self.certainty), FALSE_ALARM_RATE)
+        return max(_family_wise(value, self.significance_rule), FALSE_ALARM_RATE)
 
     def ps(self, fit: Fit) -> list[float]:
         """Family-wise p of each effect of a fit."""

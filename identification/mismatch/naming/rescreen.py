@@ -54,7 +54,7 @@ def _best_of_each(linear: Linearization, traces: Traces) -> list[CurveCandidate]
     """Return the candidate of each effect that explains most here, largest gain first."""
     accepted = {c.name for c in linear.fit.effects}
     gains: dict[str, tuple[float, CurveCandidate]] = {}
-    for batch in batches(linear, [t for t in traces.tries() if t[0].name not in accepted]):
+    for batch in batches(linear, [t for t in traces.candidates() if t[0].name not in accepted]):
         batch_gains = score_tests(
             linear, linear.whitened([change for _, change in batch])
         ).log_likelihood_gain

@@ -43,7 +43,7 @@ class Traces:
         """Names of the effects with stored changes."""
         return set(self._kept)
 
-    def tries(self) -> list[tuple[Candidate, Changes]]:
+    def candidates(self) -> list[tuple[Candidate, Changes]]:
         """Candidates with their changes of the outputs, the best of each effect first.
 
         Changes: (T, m) by output group and record; empty where nothing changes.

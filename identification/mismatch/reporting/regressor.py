@@ -13,7 +13,7 @@ import numpy as np
 from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.tooth_curve import discs
 from slipbench.identification.mismatch.curves.trace import concatenated_bins, sensors_as_places
-from slipbench.identification.mismatch.curves.whitened import Whitened
+from slipbench.identification.mismatch.curves.whitened import WhitenedResponses
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.sensitivity import change
@@ -96,13 +96,13 @@ def _shares(fit: Fit, place: InjectionPoint, responses: Floats) -> Iterator[tupl
 
     responses: whitened effect responses, none of them zero, (rows, k).
     """
-    whitened, total_power = Whitened(fit), np.sum(responses**2, axis=0)
-    regressors = whitened.seen_by(place.subsystem) if total_power.size else []
+    whitened, total_power = WhitenedResponses(fit), np.sum(responses**2, axis=0)
+    regressors = whitened.regressors_of(place.subsystem) if total_power.size else []
     for name in regressors[0][1] if regressors else ():
         knots = knots_for(name, concatenated_bins(name, regressors))
         if kind_of(name) in (TURN, DETAIL) or knots.size < 3:
             continue
-        tent_basis = whitened.along(place.subsystem, {name: knots})
+        tent_basis = whitened.unit_disturbances(place.subsystem, {name: knots})
         columns = place.size * whitened.columns(place, tent_basis)
         values = np.linalg.lstsq(columns, responses, rcond=1e-6)[0]
         residual_power = np.sum((responses - columns @ values) ** 2, axis=0)

@@ -12,7 +12,7 @@ from slipbench.identification.mismatch.thresholds import FALSE_ALARM_RATE, LIBRA
 
 @given(tests=st.integers(1, 10_000), screenings=st.integers(1, 500))
 def test_all_tests_of_all_screenings_together_stay_below_the_level(tests, screenings):
-    limits = [Acceptance(tests, None, n).certainty.limit for n in range(1, screenings + 1)]
+    limits = [Acceptance(tests, None, n).significance_rule.limit for n in range(1, screenings + 1)]
     assert tests * sum(limits) < FALSE_ALARM_RATE * LIBRARY_SHARE
     assert tests * sum(limits) == pytest.approx(
         FALSE_ALARM_RATE * LIBRARY_SHARE * (1.0 - 1.0 / (screenings + 1))
@@ -21,7 +21,9 @@ def test_all_tests_of_all_screenings_together_stay_below_the_level(tests, screen
 
 @given(tests=st.integers(1, 10_000), screenings=st.integers(1, 500))
 def test_a_later_screening_must_be_more_certain(tests, screenings):
-    now, later = (Acceptance(tests, None, n).certainty.limit for n in (screenings, screenings + 1))
+    now, later = (
+        Acceptance(tests, None, n).significance_rule.limit for n in (screenings, screenings + 1)
+    )
     assert later < now
 
 
@@ -30,5 +32,5 @@ def test_each_effect_is_held_to_the_level_at_which_it_was_found(found, last):
     fit = SimpleNamespace(candidates=[SimpleNamespace(name=name) for name in "abc"])
     rule = Acceptance(7, None, last, found)
     for i, name in enumerate("abc"):
-        limit_of_level = Acceptance(7, None, found.get(name, last)).certainty.limit
+        limit_of_level = Acceptance(7, None, found.get(name, last)).significance_rule.limit
         assert rule._significance_rule_of(fit, i).limit == limit_of_level

@@ -87,11 +87,11 @@ def test_an_effect_keeps_the_level_of_the_screening_that_found_it() -> None:
 class StatedSignificance(Acceptance):
     """Acceptance that returns the significance stated in a stand."""
 
-    def certain(self, fit, i):
+    def is_significant(self, fit, i):
         return fit.certain[fit.names][i]
 
     def all_significant(self, fit):
-        return all(self.certain(fit, i) for i in range(len(fit.names)))
+        return all(self.is_significant(fit, i) for i in range(len(fit.names)))
 
     def ps(self, fit):
         return [0.0 for _ in fit.names]

@@ -104,13 +104,13 @@ def test_the_best_tries_of_each_effect_are_kept_as_far_as_there_is_room(credits,
         one = replace(PLAIN, parameters=(1.0 + number, *PLAIN.parameters[1:]))
         given_credits[one] = credit
         traces.add(one, credit, [[np.full((1, 1), float(number))]])
-    kept = [given_credits[c] for c, _ in traces.tries()]
+    kept = [given_credits[c] for c, _ in traces.candidates()]
     assert len(kept) == min(len(credits), room, OF_EACH)
     assert all(a >= b for a, b in pairwise(kept))
     if room >= OF_EACH:
         assert sorted(kept) == sorted(sorted(credits)[-OF_EACH:])
     assert traces.names() == ({PLAIN.name} if kept else set())
-    for c, change in traces.tries():
+    for c, change in traces.candidates():
         assert change[0][0].item() == c.parameters[0] - 1.0
 
 

@@ -18,7 +18,7 @@ from slipbench.identification.mismatch.curves.trace import (
     responses_to,
     sensors_as_places,
 )
-from slipbench.identification.mismatch.curves.whitened import SHORT, Waveforms, Whitened
+from slipbench.identification.mismatch.curves.whitened import SHORT, Waveforms, WhitenedResponses
 from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.stack import whiten_and_stack
@@ -55,7 +55,7 @@ def linear() -> Linearization:
 def test_courses_through_a_filter_are_their_convolution(seed, memory, lost):
     rng = np.random.default_rng(seed)
     inputs, response = rng.standard_normal((90, 3)), rng.standard_normal((memory, 2))
-    found = Waveforms([inputs]).through(0, response, lost)
+    found = Waveforms([inputs]).filtered(0, response, lost)
     assert found.shape == (90 - lost, 2, 3)
     for output in range(2):
         for column in range(3):
@@ -122,7 +122,7 @@ def test_shares_of_knots_in_bins_are_the_means_of_the_broken_lines(seed, count, 
 def test_whitened_answers_are_the_answers_whitened():
     """For every place of the motion and a sensor, of all curves side by side."""
     fit, tents = linear().fit, {}
-    whitened = Whitened(fit)
+    whitened = WhitenedResponses(fit)
     rng = np.random.default_rng(6)
     for drive in fit.model.partition.subsystems:
         tents[drive] = [rng.standard_normal((r.grid.bins, 5)) for r in fit.model.records]
@@ -137,15 +137,17 @@ def test_whitened_answers_are_the_answers_whitened():
 
 
 def test_a_curve_fitted_among_many_is_the_curve_fitted_alone():
-    linearized, whitened = linear(), Whitened(linear().fit)
+    linearized, whitened = linear(), WhitenedResponses(linear().fit)
     fit, predicted_held_out = linearized.fit, 0
-    for tested in scan_curves(linearized, Whitened(fit)):
+    for tested in scan_curves(linearized, WhitenedResponses(fit)):
         place = tested[0].place
         reply = impulse_responses(fit, place)
         for found in tested[::10]:
-            tents = whitened.along(place.subsystem, {found.regressor: found.knots}).pushes
+            tents = whitened.unit_disturbances(
+                place.subsystem, {found.regressor: found.knots}
+            ).disturbances
             z = np.concatenate(
-                [s[found.regressor] for _, s in whitened.seen_by(place.subsystem)], axis=-1
+                [s[found.regressor] for _, s in whitened.regressors_of(place.subsystem)], axis=-1
             )
             units = 1.0 / half_range(found.regressor, z, found.knots)
             waveforms = [place.size * h * units for h in tents]

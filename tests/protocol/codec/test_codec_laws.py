@@ -441,7 +441,7 @@ def test_a_frame_after_a_gap_names_how_many_were_lost_and_is_the_last_seen():
     assert fault is None
     state, fault = e2e.check(state, 2, True, 1.1, 0.25)  # 14, 0 and 1 are missing
     assert fault == FrameFault(Fault.LOST, count=3)
-    assert state == e2e.LastSeen(2, 1.1)
+    assert state == e2e.ReceiverState(2, 1.1)
     state, fault = e2e.check(state, 3, True, 1.2, 0.25)
     assert fault is None
     again, fault = e2e.check(state, 3, True, 1.3, 0.25)
