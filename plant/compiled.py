@@ -99,7 +99,8 @@ def inlined(text: str, signature: str = "") -> str:
     number that is written in a call is a type of its own.
     """
     only = f"{signature!r}, " if signature else ""
-    return f"@njit({only}forceinline=True, {INNER})\n{text}\n"
+    kept = ", cache=True" if signature else ""
+    return f"@njit({only}forceinline=True, {INNER}{kept})\n{text}\n"
 
 
 def plain(text: str) -> str:
