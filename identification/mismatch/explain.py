@@ -231,13 +231,17 @@ def _confirmed(a: Analysis, found: FreeCurve) -> float:
     """Return the held-out log-likelihood gain of a curve, nats; inf without held-out recordings.
 
     The smaller of two gains: with all parameters estimated again, and with the parameters of the
-    training recordings within their uncertainty.
+    training recordings within their uncertainty; -inf where they cannot be simulated with these.
     """
     assert a.base is not None
     if a.held_out is None:
         return math.inf
     assert found.proven is not None
-    return min(found.confirmed, predicted_gain(a.held_out, a.base, found.fit, found.proven))
+    try:
+        predicted = predicted_gain(a.held_out, a.base, found.fit, found.proven)
+    except PlantError:
+        return -math.inf
+    return min(found.confirmed, predicted)
 
 
 def _error_ratio(a: Analysis, found: FreeCurve) -> float:

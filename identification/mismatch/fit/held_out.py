@@ -98,7 +98,9 @@ class Veto:
 
 
 def veto(name: str, gain: float, least: float) -> Veto:
-    """Return a veto with its reason. gain, least: nats, see `Veto`."""
+    """Return a veto with its reason. gain, least: nats, see `Veto`; -inf: no simulation."""
+    if math.isinf(gain):
+        return Veto(name, gain, least, "they cannot be simulated with it")
     reason = (
         f"the held-out log-likelihood changes by {gain:.0f} nats, and would rise by at least"
         f" {least:.0f} nats if it were right"

@@ -1,11 +1,14 @@
 """Inadequate names are replaced only by a more predictive curve, or if most error remains."""
 
+import json
+
 import numpy as np
 import pytest
 
 from slipbench.identification.mismatch import explain
 from slipbench.identification.mismatch.fit.held_out import Veto
 from slipbench.identification.mismatch.naming import search
+from slipbench.identification.mismatch.reporting.verdict import as_json
 from slipbench.plant.errors import PlantError
 from tests.identification.mismatch.laws.explained import explained, names, reported
 from tests.identification.mismatch.laws.spring import PERIOD, cubic, spring, swung
@@ -73,6 +76,25 @@ def test_names_that_cannot_be_simulated_with_unchanged_parameters_are_withdrawn(
     found = explained(nominal, rides[LARGE][:2], rides[LARGE][2:], LIBRARY)
     assert found.complete
     assert found.unknown, reported(found)
+
+
+def test_a_curve_that_cannot_be_simulated_on_held_out_recordings_is_contradicted(
+    nominal, rides, monkeypatch
+):
+    def diverges(*_):
+        raise PlantError("it diverges", "here", "numbers", "none", "smaller steps")
+
+    monkeypatch.setattr(explain, "predicted_gain", diverges)
+    found = explained(nominal, rides[SMALL][:2], rides[SMALL][2:], LIBRARY)
+    assert found.complete
+    assert found.curve is None
+    curves = [v for v in found.vetoes if v.name.startswith("free curve")]
+    assert curves, reported(found)
+    assert all(v.reason == "they cannot be simulated with it" for v in curves)
+    (written,) = {
+        v["gain"] for v in json.loads(as_json(found))["vetoes"] if v["name"] == curves[0].name
+    }
+    assert written is None
 
 
 @pytest.mark.usefixtures("no_curve_stands")
