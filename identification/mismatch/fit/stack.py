@@ -93,7 +93,7 @@ class Nuisances:
     @once
     def factor(self) -> tuple[Floats, bool]:
         """Cholesky factor of the normal matrix, (p, p), and whether it is the lower one."""
-        return linalg.cho_factor(self.normal)
+        return _factor(self.normal)
 
     def solve(self, correlations: Floats) -> Floats:
         """Return the MAP coordinates for correlations with the columns, (p,) or (p, k)."""
@@ -138,15 +138,15 @@ class Nuisances:
         return np.concatenate((clusters, prior_rows))
 
 
-def bounded(normal: Floats, gradient: Floats, low: Floats, high: Floats) -> Floats:
-    """Return the coordinates z, (p,), between bounds that minimise z' normal z / 2 - gradient' z.
+def _factor(normal: Floats) -> tuple[Floats, bool]:
+    """Return the Cholesky factor of a normal matrix with its prior, and whether it is the lower.
 
-    normal: (p, p), prior included; gradient, low, high: (p,). Raises PlantError where
-    sensitivities are so large that the others are rounding errors beside them.
+    Raises PlantError where sensitivities are not finite, or so large that the others are rounding
+    errors beside them.
     """
     try:
-        factor = linalg.cho_factor(normal)
-    except linalg.LinAlgError as cause:
+        return linalg.cho_factor(normal)
+    except (linalg.LinAlgError, ValueError) as cause:  # ValueError: not finite
         # Sensitivities diverge where a time constant is shorter than an integration step.
         raise PlantError(
             "the sensitivities diverge",
@@ -155,6 +155,15 @@ def bounded(normal: Floats, gradient: Floats, low: Floats, high: Floats) -> Floa
             found=str(cause),
             remedy="bound the time constants, or give a shorter step",
         ) from cause
+
+
+def bounded(normal: Floats, gradient: Floats, low: Floats, high: Floats) -> Floats:
+    """Return the coordinates z, (p,), between bounds that minimise z' normal z / 2 - gradient' z.
+
+    normal: (p, p), prior included; gradient, low, high: (p,). Raises PlantError where the
+    sensitivities diverge.
+    """
+    factor = _factor(normal)
     unbounded = np.asarray(linalg.cho_solve(factor, gradient))
     if np.all((unbounded >= low) & (unbounded <= high)):
         return unbounded

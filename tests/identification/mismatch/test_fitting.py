@@ -61,6 +61,18 @@ def test_a_step_along_diverging_sensitivities_is_refused_as_a_point_that_cannot_
     assert refused.value.remedy
 
 
+@pytest.mark.parametrize("diverged", [np.inf, np.nan])
+def test_sensitivities_that_are_not_finite_are_refused_in_the_same_way(diverged) -> None:
+    """Regression: they ended an analysis with a ValueError."""
+    columns = np.ones((4, 2))
+    columns[2, 1] = diverged
+    with pytest.raises(PlantError, match="sensitivities diverge"):
+        Nuisances(columns).fit(np.ones(4))
+    normal = columns.T @ columns
+    with pytest.raises(PlantError, match="sensitivities diverge"):
+        bounded(normal, np.ones(2), np.full(2, -2.0), np.full(2, 2.0))
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_a_bounded_step_is_the_best_within_its_bounds(seed):
     print(f"seed {seed}")
