@@ -14,7 +14,6 @@ would miss a value from which the input jumps back.
 import inspect
 import math
 from collections.abc import Iterable, Iterator
-from functools import cache
 from itertools import count
 from types import ModuleType
 
@@ -34,7 +33,7 @@ from slipbench.identification.mismatch.systems.kernel_parts import (
     WITHIN,
 )
 from slipbench.identification.mismatch.systems.stop_parts import functions, in_run
-from slipbench.plant.compiled import FLAGS, inlined, load, text_of
+from slipbench.plant.compiled import FLAGS, inlined, load, made_once, text_of
 
 FINE, NOT_FINITE = 0.0, 1.0
 CURVE, PERIODIC_CURVE = -1, -3
@@ -118,13 +117,13 @@ RUN = """def advance(x0, u, slopes, held, push, p, boards, tables, ring, step, s
 """
 
 
-@cache
+@made_once
 def compose(equations: Equations) -> ModuleType:
     """Return the compiled kernel: a module with `advance`."""
     return load(kernel_text(equations, effects_module().__name__))
 
 
-@cache
+@made_once
 def effects_module() -> ModuleType:
     """Return the compiled effects and curves of all systems: a module with `at`."""
     act = called(place_text("at", LIBRARY), "AT")
