@@ -96,7 +96,8 @@ def inlined(text: str, signature: str = "") -> str:
     """The text of a function that the compiler merges into its callers.
 
     signature: the only one; else the function is compiled for each that calls have. To numba, each whole
-    number that is written in a call is a type of its own.
+    number that is written in a call is a type of its own. A function with a signature is compiled when
+    its module is loaded, therefore it is kept.
     """
     only = f"{signature!r}, " if signature else ""
     kept = ", cache=True" if signature else ""

@@ -58,7 +58,8 @@ def run_trial(
         description = begin_run(prepared, folder, addresses, loop.receive_buffer)
         with _failure_described(folder, description, prepared.trial):
             outcome = loop.run(folder, phases, progress)
-        return end_run(folder, description, outcome, prepared.trial)  # before Ctrl-C has effect
+        # Here, where Ctrl-C has no effect.
+        return end_run(folder, description, outcome, prepared.trial)
 
 
 @contextmanager

@@ -197,8 +197,9 @@ def simulated_responses(
 ) -> Series:
     """Return the simulated responses of the outputs to curves with these values, (T, m, curves).
 
-    by_record: result of `WhitenedResponses.regressors_of` for the subsystem of the point, if available. The tooth pattern
-    is excluded: there, tooth tolerances cannot be distinguished from a periodic disturbance.
+    by_record: result of `WhitenedResponses.regressors_of` for the subsystem of the point, if
+    available. The tooth pattern is excluded: there, tooth tolerances cannot be distinguished from a
+    periodic disturbance.
     """
     model, by_record = (
         fit.model.coarse,

@@ -99,7 +99,7 @@ class Veto:
 
 def veto(name: str, gain: float, least: float) -> Veto:
     """Return a veto with its reason. gain, least: nats, see `Veto`; -inf: no simulation."""
-    if math.isinf(gain):
+    if gain == -math.inf:
         return Veto(name, gain, least, "they cannot be simulated with it")
     reason = (
         f"the held-out log-likelihood changes by {gain:.0f} nats, and would rise by at least"
@@ -164,6 +164,7 @@ def simulated_only(model: Model, system: System, noise_source: Fit) -> Fit:
     return renoised(at_fixed_noise(_fit_at(noise_source, fixed.origin(), fixed)))
 
 
+@last_results(2)
 def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
     """Return the held-out gain of a fit over a base, nats; see predictive.py.
 

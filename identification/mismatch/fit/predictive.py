@@ -39,8 +39,8 @@ class Belief:
         return likelihood - 0.5 * float(moved @ self.precision @ moved)
 
 
-def belief(fit: Fit, rows: int) -> Belief:
-    """Return the posterior of a fit's parameters. rows: slow coordinates of other recordings.
+def belief(fit: Fit, slow: int) -> Belief:
+    """Return the posterior of a fit's parameters. slow: number of slow coordinates of others.
 
     Clocks and slow coordinates are those of the other recordings, with unit priors. The information
     of the recordings counts less where errors are correlated over time.
@@ -50,7 +50,7 @@ def belief(fit: Fit, rows: int) -> Belief:
     information = (slopes.normal - prior) / max(fit.variance_inflation.inflation, 1.0)
     covariance = np.linalg.inv(information + prior)
     own = np.flatnonzero([not k.of_clock for k in fit.model.known])
-    mean, precision = np.zeros(count + rows), np.eye(count + rows)
+    mean, precision = np.zeros(count + slow), np.eye(count + slow)
     mean[own] = fit.point.x[own]
     precision[np.ix_(own, own)] = np.linalg.inv(covariance[np.ix_(own, own)])
     return Belief(mean, precision)

@@ -44,20 +44,20 @@ class Acceptance:
     @property
     def significance_rule(self) -> SignificanceRule:
         """Significance rule for effects found by the last screening."""
-        return self._significance_rule(self.screenings)
+        return self._rule_of_screening(self.screenings)
 
     def is_significant(self, fit: Fit, i: int) -> bool:
         """Return whether effect i of a fit is significant at the level at which it was found."""
-        return self._significance_rule_of(fit, i).holds(fit, i)
+        return self._rule_of_effect(fit, i).holds(fit, i)
 
     def all_significant(self, fit: Fit) -> bool:
         """Return whether all effects of a fit are significant."""
         return all(self.is_significant(fit, i) for i in range(len(fit.candidates)))
 
-    def _significance_rule_of(self, fit: Fit, i: int) -> SignificanceRule:
-        return self._significance_rule(self.found.get(fit.candidates[i].name, self.screenings))
+    def _rule_of_effect(self, fit: Fit, i: int) -> SignificanceRule:
+        return self._rule_of_screening(self.found.get(fit.candidates[i].name, self.screenings))
 
-    def _significance_rule(self, screening: int) -> SignificanceRule:
+    def _rule_of_screening(self, screening: int) -> SignificanceRule:
         share = 1.0 / (screening * (screening + 1))
         return SignificanceRule(
             FALSE_ALARM_RATE * LIBRARY_SHARE * share / self.tests, self.held_out
@@ -90,7 +90,7 @@ class Acceptance:
 
     def ps(self, fit: Fit) -> list[float]:
         """Family-wise p of each effect of a fit."""
-        levels = [self._significance_rule_of(fit, i) for i in range(len(fit.candidates))]
+        levels = [self._rule_of_effect(fit, i) for i in range(len(fit.candidates))]
         return [_family_wise(level.p(fit, i), level) for i, level in enumerate(levels)]
 
     def veto(self, before: Fit, after: Fit) -> Veto | None:

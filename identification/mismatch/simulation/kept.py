@@ -1,6 +1,7 @@
 """Caches of the last results of functions whose results are large.
 
-A fit of seven recordings holds about 100 MB. Its results are needed again within one analysis only.
+A fit of four recordings of a motorcycle holds 40 MB of sensitivities. The results are needed again
+within one analysis only.
 """
 
 from collections.abc import Callable

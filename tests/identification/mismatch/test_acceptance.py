@@ -33,4 +33,4 @@ def test_each_effect_is_held_to_the_level_at_which_it_was_found(found, last):
     rule = Acceptance(7, None, last, found)
     for i, name in enumerate("abc"):
         limit_of_level = Acceptance(7, None, found.get(name, last)).significance_rule.limit
-        assert rule._significance_rule_of(fit, i).limit == limit_of_level
+        assert rule._rule_of_effect(fit, i).limit == limit_of_level

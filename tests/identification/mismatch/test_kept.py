@@ -10,7 +10,7 @@ from tests.identification.mismatch.laws.spring import cubic, spring, swung
 
 
 def test_nothing_of_an_analysis_stays_after_it(tmp_path):
-    """Regression: a process that analysed 25 rides held 6 GB."""
+    """Regression: a process that analysed 25 blind cases held 6 GB."""
     system = spring(tmp_path)
     a = begin(
         system, [system.prepare(swung(1, cubic(0.3)))], [system.prepare(swung(2, cubic(0.3)))]

@@ -41,6 +41,14 @@ def nominal(tmp_path_factory):
 
 
 @pytest.fixture
+def prediction_diverges(monkeypatch):
+    def diverges(*_):
+        raise PlantError("it diverges", "here", "numbers", "none", "smaller steps")
+
+    monkeypatch.setattr(explain, "predicted_gain", diverges)
+
+
+@pytest.fixture
 def no_curve_stands(monkeypatch):
     monkeypatch.setattr(explain, "fit_curves_in_model", lambda *_: None)
 
@@ -65,26 +73,15 @@ def test_names_stand_that_held_out_recordings_confirm_and_that_leave_less_than_t
     assert error.improved < 0.5 * error.calibrated
 
 
-@pytest.mark.usefixtures("no_curve_stands")
-def test_names_that_cannot_be_simulated_with_unchanged_parameters_are_withdrawn(
-    nominal, rides, monkeypatch
-):
-    def diverges(*_):
-        raise PlantError("it diverges", "here", "numbers", "none", "smaller steps")
-
-    monkeypatch.setattr(explain, "predicted_gain", diverges)
+@pytest.mark.usefixtures("no_curve_stands", "prediction_diverges")
+def test_names_that_cannot_be_simulated_with_the_trained_parameters_are_withdrawn(nominal, rides):
     found = explained(nominal, rides[LARGE][:2], rides[LARGE][2:], LIBRARY)
     assert found.complete
     assert found.unknown, reported(found)
 
 
-def test_a_curve_that_cannot_be_simulated_on_held_out_recordings_is_contradicted(
-    nominal, rides, monkeypatch
-):
-    def diverges(*_):
-        raise PlantError("it diverges", "here", "numbers", "none", "smaller steps")
-
-    monkeypatch.setattr(explain, "predicted_gain", diverges)
+@pytest.mark.usefixtures("prediction_diverges")
+def test_a_curve_that_cannot_be_simulated_on_held_out_recordings_is_contradicted(nominal, rides):
     found = explained(nominal, rides[SMALL][:2], rides[SMALL][2:], LIBRARY)
     assert found.complete
     assert found.curve is None
