@@ -52,7 +52,17 @@ class Acceptance:
 
     def all_significant(self, fit: Fit) -> bool:
         """Return whether all effects of a fit are significant."""
-        return all(self.is_significant(fit, i) for i in range(len(fit.candidates)))
+        return self._significant_from(fit, 0, None)
+
+    def _significant_from(self, fit: Fit, first: int, without: Fit | None) -> bool:
+        """Return whether the effects from index `first` on are significant.
+
+        without: as for `SignificanceRule.p`. The quick tests come first.
+        """
+        rules = [(self._rule_of_effect(fit, i), i) for i in range(first, len(fit.candidates))]
+        return all(rule.may_hold(fit, i) for rule, i in rules) and all(
+            rule.holds(fit, i, without) for rule, i in rules
+        )
 
     def _rule_of_effect(self, fit: Fit, i: int) -> SignificanceRule:
         return self._rule_of_screening(self.found.get(fit.candidates[i].name, self.screenings))
@@ -71,8 +81,9 @@ class Acceptance:
             gain < _formula_residual(before, c) for c in new
         ):
             return False
-        indices = range(len(before.candidates), len(after.candidates))
-        return all(self.is_significant(after, i) for i in indices)
+        return self._significant_from(
+            after, len(before.candidates), before if len(new) == 1 else None
+        )
 
     def keeps(self, fit: Fit, i: int, lost: Sequence[float]) -> bool:
         """Return whether effect i is kept. lost: loss without each of the effects, nats."""

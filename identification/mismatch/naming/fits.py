@@ -108,7 +108,9 @@ def promising(
     possible = [
         s
         for s in scores
-        if s.p <= largest_p and s.log_likelihood_gain > enough * _inflation([s.candidate])
+        if s.p <= largest_p
+        and not s.is_negligible
+        and s.log_likelihood_gain > enough * _inflation([s.candidate])
     ]
     threshold = NEAR * (possible[0].log_likelihood_gain if possible else 0.0)
     least = min(_distinct_gains(possible), default=0.0)

@@ -5,7 +5,7 @@ never overrules evidence: only effects within the margin of a tie are sorted, an
 listed, with the reason against them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,20 +49,27 @@ def rank(fit: Fit, shared: int) -> int:
     return max((p.rank for c in added for p in doubts(c, fit)), default=0)
 
 
-def plausible_first(fits: Sequence[Fit], shared: int, margin: float) -> list[Fit]:
-    """Sort fits, best first, so that ties with the best are in order of plausibility.
+def plausible_first(fits: Iterable[Fit], shared: int, margin: float) -> Iterator[Fit]:
+    """Yield fits, best first, so that ties with the best are in order of plausibility.
 
-    shared: number of effects common to all; margin: of a tie, nats.
+    fits: best first; those beyond the margin are taken one by one. shared: number of effects common
+    to all; margin: of a tie, nats.
     """
-    if not fits:
-        return []
-    count = len(fits[0].candidates)
-
-    def tied(fit: Fit) -> bool:
-        return fits[0].score - fit.score < margin and len(fit.candidates) == count
-
-    ties = [f for f in fits if tied(f)]
-    return [*sorted(ties, key=lambda f: rank(f, shared)), *(f for f in fits if not tied(f))]
+    remaining = iter(fits)
+    best = next(remaining, None)
+    if best is None:
+        return
+    ties: list[Fit] = [best]
+    others: list[Fit] = []
+    for fit in remaining:
+        near = best.score - fit.score < margin
+        same_number = len(fit.candidates) == len(best.candidates)
+        (ties if near and same_number else others).append(fit)
+        if not near:
+            break
+    yield from sorted(ties, key=lambda f: rank(f, shared))
+    yield from others
+    yield from remaining
 
 
 def _kind_of_place(candidate: Candidate) -> str:

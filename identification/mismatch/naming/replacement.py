@@ -72,7 +72,7 @@ class Replacement:
         return beside.score + max(self.fit.score - self.fixed.score, 0.0)
 
 
-@last_results(1)
+@last_results(3)
 def replacement(
     fit: Fit, library: tuple[type[Effect], ...], before: Screening | None = None
 ) -> Replacement | None:

@@ -47,6 +47,8 @@ NEAR = (0.3, 3.0)
 MOST = 2.0
 """Largest amplitude at which a fit begins: the response of a limit is nonlinear before it
 triples."""
+WHOLE = 0.5
+"""Share of a response outside the nuisances above which its amplitude is certain."""
 OFF = 0.7
 """Weight of a gain at other amplitudes."""
 PLAIN = 50.0
@@ -77,6 +79,15 @@ class Score:
     kept: float
     p: float
     typical: float = 0.0
+
+    @property
+    def is_negligible(self) -> bool:
+        """Whether the effect is negligible, even NEAR[1] times as large as scored.
+
+        Only where calibration absorbs little of its response: elsewhere its size is uncertain.
+        """
+        largest = NEAR[1] * abs(self.amplitude * self.candidate.added)
+        return self.kept > WHOLE and largest < self.candidate.negligible_difference
 
     def as_large_as_scored(self) -> Candidate:
         """Return the candidate at its scored size, within the validity of its response."""

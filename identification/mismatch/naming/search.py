@@ -11,8 +11,10 @@ the held-out prediction.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
+from itertools import islice
 
 import numpy as np
 
@@ -95,10 +97,11 @@ class Search:
         step = self._step(
             without_effects, [*singles, *pairs(named, singles, self.library, required)]
         )
-        if set(step.names) <= set(named.names) and step.fit.score <= named.fit.score:
+        enough = named.fit.score + REQUIRED_GAIN
+        if set(step.names) <= set(named.names) and step.fit.score <= enough:
             return replace(named, vetoes=step.vetoes)  # the step leads to the same effects
         refined = self._refined(self._forward(step))
-        if refined.names and refined.fit.score > named.fit.score + REQUIRED_GAIN:
+        if refined.names and refined.fit.score > enough:
             return refined
         return replace(named, vetoes=refined.vetoes)
 
@@ -142,10 +145,13 @@ class Search:
         """Accept the first candidate fit that passes, the most plausible of ties first."""
         rough, rule = named.fit.coarse, self._rule(named)
         by_rank = by_score(fits)
-        passed = [t for t in by_rank if rule.accepts(rough, t)]
+        accepts = cache(partial(rule.accepts, rough))
+        passed = filter(accepts, by_rank)
         vetoes, p = list(named.vetoes), named.p
-        for new in plausible_first(passed, len(rough.candidates), INDISTINGUISHABLE)[:CHANCES]:
-            finer = _finer(named, new, passed)
+        for new in islice(
+            plausible_first(passed, len(rough.candidates), INDISTINGUISHABLE), CHANCES
+        ):
+            finer = _finer(named, new, filter(accepts, _ties(new, by_rank)))
             if not rule.accepts(named.fit, finer):
                 continue
             contradiction = rule.veto(named.fit, finer)
@@ -153,7 +159,7 @@ class Search:
                 return self._with(replace(named, vetoes=tuple(vetoes)), new, finer, by_rank)
             vetoes.append(contradiction)
             p = min(p, CONTRADICTED * min(rule.ps(finer)))
-        if not passed:
+        if not any(map(accepts, by_rank)):
             p = min((rule.p(rough, t) for t in by_rank), default=1.0)
         return replace(named, vetoes=tuple(vetoes), p=p)
 
@@ -258,22 +264,30 @@ class Search:
         return Acceptance(named.first.tests, self.held_out, named.screenings, named.found_in)
 
 
-def _finer(named: Named, new: Fit, passed: Sequence[Fit]) -> Fit:
-    """Return the best fit with fine steps among those with the same effects.
+def _finer(named: Named, new: Fit, same: Iterable[Fit]) -> Fit:
+    """Return the best fit with fine steps among accepted ones with the same effects.
 
     Several starts converge to several sizes where a sensor quantizes; coarse steps cannot determine
     the best. If calibration without the effects ended far from the prior, a start at the values of
     the file is included.
     """
-    names = {c.name for c in new.candidates}
-    same = [f for f in passed if {c.name for c in f.candidates} == names]
-    candidates = [f for f in same if abs(f.score - new.score) < INDISTINGUISHABLE]
+    candidates = list(same)
     if beyond_prior(named.base):
         candidates += [f for f in (beside_the_file(new),) if f is not None]
     return max(
         (refit_with_updated_jacobian(f.fine(named.fit.model)) for f in _different(candidates)),
         key=lambda f: f.score,
     )
+
+
+def _ties(new: Fit, fits: Iterable[Fit]) -> list[Fit]:
+    """Return the fits with the same effects and nearly the same score."""
+    names = {c.name for c in new.candidates}
+    return [
+        f
+        for f in fits
+        if abs(f.score - new.score) < INDISTINGUISHABLE and {c.name for c in f.candidates} == names
+    ]
 
 
 def _different(fits: Sequence[Fit]) -> list[Fit]:

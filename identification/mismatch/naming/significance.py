@@ -35,31 +35,38 @@ class SignificanceRule:
     limit: float
     held_out: Model | None = None
 
-    def holds(self, fit: Fit, number: int) -> bool:
-        """Return whether effect `number` of a fit is significant."""
-        return self.p(fit, number) < self.limit
+    def holds(self, fit: Fit, number: int, without: Fit | None = None) -> bool:
+        """Return whether effect `number` of a fit is significant. without: as for `p`."""
+        return self.p(fit, number, without) < self.limit
 
-    def p(self, fit: Fit, number: int) -> float:
-        """One-sided p of an effect, corrected for both tests."""
+    def may_hold(self, fit: Fit, number: int) -> bool:
+        """Return whether an effect can be significant, by its size alone; this needs no fit."""
+        return significance(fit, number) <= max(self.limit, JOINT_TEST_P)
+
+    def p(self, fit: Fit, number: int, without: Fit | None = None) -> float:
+        """One-sided p of an effect, corrected for both tests.
+
+        without: the fit of all else, where it is known.
+        """
         training = significance(fit, number)
         if self.limit <= training <= JOINT_TEST_P:
-            training = min(training, p_of_loss(fit, number))
+            training = min(training, p_of_loss(fit, number, without))
         if self.held_out is None:
             return training
         alone = CHOICES * training
         if alone < self.limit or training > JOINT_TEST_P:
             return min(1.0, alone)
-        return min(
-            1.0, alone, CHOICES * joined(training, predicted_held_out(fit, number, self.held_out))
-        )
+        predicted = predicted_held_out(fit, number, self.held_out, without)
+        return min(1.0, alone, CHOICES * joined(training, predicted))
 
 
-def p_of_loss(fit: Fit, number: int) -> float:
+def p_of_loss(fit: Fit, number: int, known: Fit | None = None) -> float:
     """One-sided p of an effect by what is lost if all else is fitted without it.
 
-    1 where nothing can be simulated without it: then its size alone counts.
+    1 where nothing can be simulated without it: then its size alone counts. known: the fit without
+    it.
     """
-    without = fitted_without(fit, number)
+    without = known or fitted_without(fit, number)
     return 1.0 if without is None else likelihood_ratio_p(fit, number, fit.score - without.score)
 
 
@@ -72,18 +79,18 @@ def joined(one: float, other: float) -> float:
 
 
 @last_results(16)
-def predicted_held_out(fit: Fit, number: int, held_out: Model) -> float:
+def predicted_held_out(fit: Fit, number: int, held_out: Model, known: Fit | None = None) -> float:
     """One-sided p of an effect's amplitude on recordings that it was not fitted to.
 
     It is computed at the fit without the effect, since p assumes its absence. 1 if the expected
     gain is below CONFIRMED, if they cannot be simulated with it, or if a crank phase was estimated
-    in each of them.
+    in each of them. known: the fit without it, of the training recordings.
     """
     candidate = fit.candidates[number]
     assert isinstance(candidate, Candidate)
     if candidate.kind.unseen_turn:
         return 1.0
-    without = refit_on(_without(fit, number), held_out)
+    without = refit_on(known or _without(fit, number), held_out)
     effects = (*without.point.effects, fit.point.effects[number])
     try:
         trace = change(without.model, without.point, effects, without.predicted)

@@ -19,6 +19,7 @@ from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.channel_lag import ChannelLag
 from slipbench.plant.effects.channel_latency import ChannelLatency
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
+from slipbench.plant.effects.eccentricity import Eccentricity
 from slipbench.plant.effects.gear_play import GearPlay
 from slipbench.plant.effects.hardening_cush import HardeningCush
 from slipbench.plant.effects.load_transfer import LoadTransfer
@@ -155,3 +156,15 @@ def test_what_scores_little_is_fitted_only_if_calibration_makes_up_for_it(
     (kind,) = candidates(RadiusGrowth)
     score = Score(kind, 1.0, gain, 9.0, kept, p, typical)
     assert bool(promising([score])) == tried
+
+
+@pytest.mark.parametrize(
+    ("share", "kept", "tried"),
+    [(0.1, 1.0, False), (0.1, 0.2, True), (0.5, 1.0, True), (2.0, 1.0, True)],
+)
+def test_a_negligible_size_is_not_fitted_where_it_is_certain(share, kept, tried):
+    """All discs have a manufacturing tolerance, whose gain may be large. share: of that size."""
+    eccentricity = next(candidates(Eccentricity))
+    amplitude = share * eccentricity.negligible_difference / abs(eccentricity.added)
+    score = Score(eccentricity, amplitude, 40.0, 900.0, kept, 0.01, 900.0)
+    assert bool(promising([score], largest_p=1.0)) == tried
