@@ -353,13 +353,14 @@ def lost_without(base: Fit, fit: Fit) -> list[tuple[float, Fit]]:
     return [(math.inf, base) if w is None else (fit.score - w.score, w) for w in reduced_fits]
 
 
-def _deficits(best: Fit, fits: Sequence[Fit]) -> dict[str, float]:
+def _deficits(best: Fit, fits: Iterable[Fit]) -> dict[str, float]:
     """Deficits to the best fit, nats, of each other effect at its best. fits: best first."""
-    return {
-        t.candidates[-1].name: best.score - t.score
-        for t in reversed(fits)
-        if t.candidates[-1].name != best.candidates[-1].name
-    }
+    deficits: dict[str, float] = {}
+    for fit in fits:
+        name = fit.candidates[-1].name
+        if name != best.candidates[-1].name:
+            deficits.setdefault(name, best.score - fit.score)
+    return deficits
 
 
 def _doubts(fit: Fit, fits: Sequence[Fit]) -> dict[str, str]:

@@ -221,7 +221,11 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
 
 def lower(nats: float) -> str:
     """Return the difference of log-likelihood from the accepted name in words."""
-    return f"{nats:.0f} nats lower" if nats >= 0.0 else f"{-nats:.0f} nats higher, less plausible"
+    return (
+        f"{nats:.0f} nats lower"
+        if nats >= 0.0
+        else f"{-nats:.0f} nats higher, but less plausible or not significant"
+    )
 
 
 def tied(names: Sequence[str], verdict: Verdict) -> str:

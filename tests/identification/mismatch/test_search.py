@@ -124,6 +124,14 @@ class Stand:
         return Stand((*self.names[:i], *self.names[i + 1 :]), self.worth, self.certain)
 
 
+def test_competing_effects_are_listed_the_closest_first_each_at_its_best() -> None:
+    worth = {("a",): 40.0, ("b",): 39.0, ("c",): 30.0}
+    best, second, third = (Stand(names, worth, {}) for names in worth)
+    worse = Stand(("b",), {("b",): 20.0}, {})
+    deficits = search._deficits(best, [best, second, third, worse])
+    assert list(deficits.items()) == [("b", 1.0), ("c", 10.0)]
+
+
 SETS = [c for count in range(4) for c in combinations("abc", count)]
 WORTHS = st.lists(st.floats(0.0, 300.0), min_size=3, max_size=3).map(sorted)
 CERTAINTIES = st.fixed_dictionaries({s: st.tuples(*(st.booleans() for _ in s)) for s in SETS if s})
