@@ -7,7 +7,7 @@ directions, are compared by the best pair that contains each.
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 from slipbench.identification.mismatch.fit.calibrate import (
@@ -62,9 +62,8 @@ def first_effects(
     Calibration can remove a motion on which the missing effect depends: a time constant of 0.5 s
     went to 20 s, and without the changes of direction a direction-blind counter had no response. So
     parameters far from the file are fixed at its values. If the noise model may have kept
-    parameters near their start, the noise model of the accepted effects is used; if that one may
-    hide errors too, plain least squares, and the uncalibrated start as well. required: gain
-    required of both effects together, nats.
+    parameters near their start, the uncalibrated start is used as well. required: gain required of
+    both effects together, nats.
     """
     base = named.base.coarse
     start = _start(base, named, library)
@@ -93,8 +92,6 @@ class _Start:
 
 
 def _start(fit: Fit, named: Named, library: Sequence[type[Effect]]) -> _Start:
-    if hidden_by_noise(fit) and not hidden_by_noise(named.fit):
-        return _alone(_at_noise_of(named.fit, fit), named, library)
     if hidden_by_noise(fit):
         starts = [fit]
         with suppress(PlantError):
@@ -111,21 +108,12 @@ def _start(fit: Fit, named: Named, library: Sequence[type[Effect]]) -> _Start:
     if replaced is not None:
         required = max(REQUIRED_GAIN, replaced.least)
         return _Start(replaced.fixed, replaced.scores, required, replaced.fitted)
-    return _alone(fit, named, library)
-
-
-def _alone(fit: Fit, named: Named, library: Sequence[type[Effect]]) -> _Start:
-    """Return the start of effects that are fitted alone, beside the calibrated parameters."""
-    known = fit is named.base.coarse
-    scores = named.scores if known else screen(Linearization.of(fit), library, named.first).scores
     return _Start(
-        fit, scores, REQUIRED_GAIN, lambda s: _best(partial(_fitted, optimize, fit, s.candidate))
+        fit,
+        named.scores,
+        REQUIRED_GAIN,
+        lambda s: _best(partial(_fitted, optimize, fit, s.candidate)),
     )
-
-
-def _at_noise_of(adequate: Fit, fit: Fit) -> Fit:
-    """Return a fit with the noise model of another one, which does not hide errors."""
-    return replace(fit, noise=adequate.noise)
 
 
 def pairs(
@@ -133,8 +121,6 @@ def pairs(
 ) -> list[Fit]:
     """Fit the most promising second effects beside each first one. required: score of a pair."""
     methods = (optimize, least_squares_start) if hidden_by_noise(named.base) else (optimize,)
-    if hidden_by_noise(named.base) and not hidden_by_noise(named.fit):
-        methods = (lambda start: optimize(_at_noise_of(named.fit, start)),)
     several = in_threads(
         lambda single: list(_pairs(named, single, library, required, methods)), singles
     )
