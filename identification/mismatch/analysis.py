@@ -120,7 +120,7 @@ def equivalents(named: Named) -> list[tuple[str, ...]]:
     """Return classes of names that are indistinguishable, the accepted name first."""
     return [
         (name, *others)
-        for name, nats_behind in named.competing.items()
+        for name, nats_behind in named.rivals.items()
         if (others := [other for other, nats in nats_behind.items() if nats < INDISTINGUISHABLE])
     ]
 

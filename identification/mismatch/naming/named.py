@@ -39,6 +39,17 @@ class Named:
         return [c.name for c in self.fit.candidates]
 
     @property
+    def rivals(self) -> dict[str, dict[str, float]]:
+        """Competing effects that are not accepted themselves: name -> deficit, by accepted name.
+
+        In nats. Of two effects that are both found, each competes with the other at first.
+        """
+        return {
+            name: {other: nats for other, nats in behind.items() if other not in self.names}
+            for name, behind in self.competing.items()
+        }
+
+    @property
     def log_likelihood_gain(self) -> float:
         """Log-likelihood gain of the accepted effects, nats."""
         return self.fit.score - self.base.score

@@ -95,7 +95,7 @@ def _complete_verdict(a: Analysis) -> Verdict:
         remains=_remains(a) if not unknown else None,
         curve=_curve(a.free),
         equivalents=tuple(equivalents(a.named)) if not unknown else (),
-        rivals=a.named.competing,
+        rivals=a.named.rivals,
         doubts={} if unknown else _doubts(a.named),
         not_excited=tuple(not_excited(a.named)),
         not_told=tuple(not_told(a.named.fit)),

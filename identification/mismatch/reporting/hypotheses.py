@@ -48,7 +48,7 @@ def _rows_of_names(named: Named, verdict: Verdict, withdrawn: bool) -> Iterator[
         status,
         not withdrawn,
     )
-    for accepted_name, nats_behind in named.competing.items():
+    for accepted_name, nats_behind in named.rivals.items():
         for other, nats in nats_behind.items():
             indistinguishable = nats < INDISTINGUISHABLE
             comparison = (

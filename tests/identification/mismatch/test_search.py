@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.analysis import begin, equivalents
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.held_out import Veto
@@ -130,6 +130,15 @@ def test_competing_effects_are_listed_the_closest_first_each_at_its_best() -> No
     worse = Stand(("b",), {("b",): 20.0}, {})
     deficits = search._deficits(best, [best, second, third, worse])
     assert list(deficits.items()) == [("b", 1.0), ("c", 10.0)]
+
+
+def test_effects_that_are_all_accepted_do_not_compete() -> None:
+    """Two faults of a similar gain competed in the first step, and both were found."""
+    both = Stand(("a", "b"), {}, {})
+    competing = {"a": {"b": -6.0, "c": 3.0}, "b": {"c": 40.0}}
+    named = Named(both, both, Screening([], 1), competing=competing)
+    assert named.rivals == {"a": {"c": 3.0}, "b": {"c": 40.0}}
+    assert equivalents(named) == [("a", "c")]
 
 
 SETS = [c for count in range(4) for c in combinations("abc", count)]
