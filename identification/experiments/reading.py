@@ -8,8 +8,9 @@ from typing import Any
 from slipbench.identification.experiments.bounds import Bounds
 from slipbench.identification.experiments.hypothesis import Hypothesis, hypotheses_of, stated
 from slipbench.identification.experiments.search import Problem
-from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.sensitivity import none
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
 from slipbench.identification.mismatch.reporting.open_questions import (
@@ -70,7 +71,7 @@ def known_of(place: Path, opened: OpenQuestions) -> Fit:
         raise InputError("no recording is named", where=str(place / NAME))
     records = [improved.prepare(Piece.of(place / r).read()) for r in opened.runs[:MOST_RUNS]]
     (model,) = models(improved, records)
-    noise = calibrate(model, model.origin()).noise
+    noise = optimize(start_fit(model.coarse, model.origin())).noise  # the file is calibrated
     (bare,) = models(_without(improved, opened.contested), records)
     origin = bare.origin()
     return Fit(bare, origin, predict(bare, origin), noise, none(bare, origin))

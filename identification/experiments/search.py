@@ -1,6 +1,6 @@
 """The trial with the most expected evidence: a grid, then a pattern search about its best points."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from slipbench.identification.experiments.bounds import Bounds
@@ -11,6 +11,7 @@ from slipbench.identification.experiments.hypothesis import Hypothesis
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.motorcycle.menu import RPM, Choice
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
+from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.equilibrium import equilibrium
 from slipbench.plant.errors import PlantError
 from slipbench.plant.motorcycle import Motorcycle
@@ -100,11 +101,9 @@ def _of_menu(problem: Problem) -> list[Choice]:
 
 def _evaluated(
     problem: Problem, motorcycles: Sequence[Drawn], choices: Sequence[Choice]
-) -> Iterator[Designed]:
-    for choice in choices:
-        one = evaluated(problem, motorcycles, choice)
-        if one is not None:
-            yield one
+) -> list[Designed]:
+    found = in_threads(lambda choice: evaluated(problem, motorcycles, choice), choices)
+    return [one for one in found if one is not None]
 
 
 def evaluated(problem: Problem, motorcycles: Sequence[Drawn], choice: Choice) -> Designed | None:
@@ -134,7 +133,7 @@ def _fitted(problem: Problem, motorcycles: Sequence[Drawn], choice: Choice) -> C
     return scaled_into(choice, motorcycles, problem.bounds)[0]
 
 
-def _best(found: Iterator[Designed] | Sequence[Designed]) -> list[Designed]:
+def _best(found: Sequence[Designed]) -> list[Designed]:
     return sorted(found, key=lambda one: -one.evidence.worth)
 
 
