@@ -114,11 +114,10 @@ def _clocks(names: Sequence[str]) -> dict[str, str]:
 def _with_decimal(layout: Layout, rows: list[str]) -> Layout:
     """Layout with the decimal mark of all rows, of which the first ones may have whole numbers only."""
     pattern = _QUOTED_COMMA if layout.delimiter == "," else _COMMA
-    odd = [split(row, layout.delimiter) for row in rows[LINES:] if pattern.search(row)]
-    if not odd:
+    first, odd = rows[:LINES], [row for row in rows[LINES:] if pattern.search(row)]
+    if not odd and not any(map(pattern.search, first)):  # the layout is known from fewer rows
         return layout
-    head = [split(row, layout.delimiter) for row in rows[:LINES]]
-    decimal, doubtful = decimal_of([*head, *odd])
+    decimal, doubtful = decimal_of(split(row, layout.delimiter) for row in (*first, *odd))
     return replace(layout, decimal=decimal, doubtful_comma=doubtful)
 
 
