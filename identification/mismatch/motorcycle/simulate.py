@@ -70,7 +70,6 @@ def shown(
         o for block in partition.groups if block.subsystem == subsystem for o in block.outputs
     ]
     columns = tuple(sorted({column for o in outputs for column in record.sensors[o].observation}))
-    finer = steps_per_row(subsystem, finer)
     if subsystem == "servo" and not added:
         return _servo(bike, record, partition, columns)
     simulation, state, inputs = ready(
@@ -92,10 +91,10 @@ def ready(
     """Return the simulation, its initial state and its inputs; they must not be modified.
 
     The initial state is that of `Simulation.state`, shape (size,). q, added: as for `simulate`;
-    finer: integration steps per row.
+    finer: integration steps per row, of the motion.
     """
     step = record.grid.step
-    simulation = _simulation(bike, step, finer, servo_only)
+    simulation = _simulation(bike, step, steps_per_row(subsystem, finer), servo_only)
     warm_up = round(LEAD_IN / step)
     speed = true_speed(record, bike, warm_up + SMOOTH)
     table = _table(bike, record, partition, subsystem, q, smoothed(speed)[:warm_up])
@@ -195,7 +194,7 @@ def _servo(
 
     def make() -> Mapping[str, Floats]:
         simulation, state, inputs = ready(
-            bike, record, partition, "servo", NO_ROAD, {}, SERVO_STEPS, True
+            bike, record, partition, "servo", NO_ROAD, {}, servo_only=True
         )
         return simulation.trajectories(state, inputs, columns)
 

@@ -11,7 +11,6 @@ from slipbench.identification.mismatch.motorcycle.simulate import (
     ready,
     smoothed,
     starts,
-    steps_per_row,
     true_speed,
 )
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
@@ -47,14 +46,7 @@ def derivatives(
     shape (rows, directions).
     """
     simulation, state, inputs = ready(
-        bike,
-        record,
-        partition,
-        subsystem,
-        q,
-        added,
-        steps_per_row(subsystem, finer),
-        servo_only=subsystem == "servo",
+        bike, record, partition, subsystem, q, added, finer, servo_only=subsystem == "servo"
     )
     parameters = [i for i in numbers if not known[i].of_clock]
     slow = 0 if subsystem == "servo" else q.size

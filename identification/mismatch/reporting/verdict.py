@@ -17,7 +17,7 @@ remains      {injection, regressor, shape, share}: residual beside the accepted 
 curve        {injection, unit, regressor, knots, values, gain, confirmed}: free curve instead of an
              effect
 equivalents  [[names]] that are indistinguishable in these recordings
-rivals       {name: {other name: nats behind}}; negative where a less plausible one is better
+rivals       {name: {other name: nats behind}}; negative where one is better that is less plausible or not significant
 doubts       {name: prior doubt} of names that are indistinguishable
 not_excited  [names] of effects that these recordings do not excite enough to be detected
 not_told     [parameters] of the vehicle file that are not identifiable from these recordings
