@@ -141,9 +141,38 @@ def _type(type_spec: Told) -> Any:
     return numba.types.Array(numba.from_dtype(type_spec[0]), 1, "C")
 
 
+UNSIGNED = "unsigned"
+"""Part of the fingerprint: code whose indices have a sign is not taken from the cache."""
+
+
+def unsigned(text: str) -> str:
+    """The text with indices that have no sign.
+
+    Kernels do not index from the end of an array. To a signed index numba adds a test for that, which
+    keeps the compiler from vectorizing loops: sensitivities then take twice the time.
+    """
+    return ast.unparse(_Unsigned().visit(ast.parse(text)))
+
+
+class _Unsigned(ast.NodeTransformer):
+    def visit_Subscript(self, node: ast.Subscript) -> ast.Subscript:
+        self.generic_visit(node)
+        if isinstance(node.slice, ast.Tuple):
+            node.slice.elts = [_without_sign(index) for index in node.slice.elts]
+        else:
+            node.slice = _without_sign(node.slice)
+        return node
+
+
+def _without_sign(index: ast.expr) -> ast.expr:
+    if isinstance(index, ast.Slice | ast.Constant):
+        return index
+    return ast.parse(f"np.uint64({ast.unparse(index)})", mode="eval").body
+
+
 def load(text: str) -> ModuleType:
     """The module that the text makes, from the cache if it was compiled before."""
-    made_by = f"{numba.__version__} {platform.python_version()} {platform.machine()}"
+    made_by = f"{numba.__version__} {platform.python_version()} {platform.machine()} {UNSIGNED}"
     fingerprint = hashlib.sha256(f"{made_by}\n{text}".encode()).hexdigest()[:20]
     name = f"slipbench_{fingerprint}"
     folder = cache_folder()
@@ -152,7 +181,7 @@ def load(text: str) -> ModuleType:
             return sys.modules[name]
         path = folder / f"{name}.py"
         if not path.exists():
-            _write(path, HEADER + text)
+            _write(path, HEADER + unsigned(text))
         return _import(name, path)
 
 

@@ -4,7 +4,7 @@ The functions are part of the text of the kernel with tangents (see tangents.py)
 """
 
 from slipbench.plant.kernel import Floats, Integers
-from slipbench.plant.kernel_rows import INPUT_ROW, K_ROW, LED_ROW, WIDTH, X_ROW, Flags, keep, show
+from slipbench.plant.kernel_rows import INPUT_ROW, K_ROW, LED_ROW, WIDTH, X_ROW, Flags, keep
 
 LED_STATES, LED_INPUTS = (0,), (0,)  # written later: states that a recording may prescribe
 
@@ -32,8 +32,8 @@ def load_inputs(w: Floats, n: int, driven: Integers, courses: Floats, r: int, ha
     """
     for d in range(len(driven)):
         has[driven[d]] = True
-        start = INPUT_ROW + driven[d] * WIDTH
-        show(w[start : start + n], courses[d, r])
+        for c in range(courses.shape[2]):
+            w[INPUT_ROW + driven[d] * WIDTH + c] = courses[d, r, c]
 
 
 def hold(

@@ -1,4 +1,4 @@
-"""Rows of tangents in one array, and what is done with a row: add, copy, keep, show.
+"""Rows of tangents in one array, and what is done with a row: add, copy, keep.
 
 A row holds the derivatives of one quantity to all uncertain numbers, its columns. All rows stand in one
 array, WIDTH apart, so that the compiler knows that no two overlap. The functions are part of the text of
@@ -18,6 +18,8 @@ UNUSED = COLUMNS
 """Column of parameters that are no column: what is written there is never read."""
 WIDTH = 72
 """Distance of rows; no power of two, which would put all rows into a few lines of the cache."""
+LANES = 8
+"""Columns that the processor computes at once: rows are worked on in whole multiples."""
 X_ROW, Z_ROW, K_ROW, FIRST_ROW, SUM_ROW = 0, 0, 0, 0, 0  # written later: state, stage, rates
 INPUT_ROW, LED_ROW, COMMAND_ROW, SPARK_ROW, ROWS = 0, 0, 0, 0, 0
 
@@ -45,10 +47,9 @@ def copy_rows(w: Floats, n: int, live: Integers, to: int, block: int) -> None:
     w: all rows, shape (ROWS,); n: columns. live: numbers of states, shape (l,).
     """
     for i in live:
-        a, b = i * WIDTH, i * WIDTH + n
-        new, old = w[to + a : to + b], w[block + a : block + b]
-        for c in range(n):
-            new[c] = old[c]
+        row = i * WIDTH
+        for c in range(row, row + n):
+            w[to + c] = w[block + c]
 
 
 def keep(past: Floats, n: int, place: int, w: Floats, row: int) -> None:
@@ -56,18 +57,8 @@ def keep(past: Floats, n: int, place: int, w: Floats, row: int) -> None:
 
     past: shape (ring * n,); w: all rows, shape (ROWS,).
     """
-    kept, now = past[place * n : place * n + n], w[row : row + n]
     for c in range(n):
-        kept[c] = now[c]
-
-
-def show(to: Floats, row: Floats) -> None:
-    """Copy a row of tangents.
-
-    to, row: shape (n,).
-    """
-    for c in range(len(to)):
-        to[c] = row[c]
+        past[place * n + c] = w[row + c]
 
 
 def start_rows(
@@ -78,7 +69,8 @@ def start_rows(
     w: all rows, shape (ROWS,); n: columns. starts: shape (states, n); past, past_rate: shape (ring * n,).
     """
     for i in live:
-        show(w[X_ROW + i * WIDTH : X_ROW + i * WIDTH + n], starts[i])
+        for c in range(starts.shape[1]):
+            w[X_ROW + i * WIDTH + c] = starts[i, c]
     for place in range(len(past) // max(n, 1)):
         keep(past, n, place, w, X_ROW)
         keep(past_rate, n, place, w, X_ROW + WIDTH)
@@ -94,4 +86,5 @@ def show_outputs(
     for i in range(len(shown)):
         out[sample, i] = y[shown[i]]
         if rows[i] >= 0:
-            show(slopes[i, sample], w[rows[i] : rows[i] + slopes.shape[2]])
+            for c in range(slopes.shape[2]):
+                slopes[i, sample, c] = w[rows[i] + c]

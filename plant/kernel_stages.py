@@ -78,12 +78,11 @@ def first_stage(w: Floats, n: int, live: Integers, h: float) -> None:
     w: all rows, shape (ROWS,); n: columns. live: numbers of states, shape (l,); h: step, s.
     """
     for i in live:
-        a, b = i * WIDTH, i * WIDTH + n
-        x, z = w[X_ROW + a : X_ROW + b], w[Z_ROW + a : Z_ROW + b]
-        k, first = w[K_ROW + a : K_ROW + b], w[FIRST_ROW + a : FIRST_ROW + b]
-        for c in range(n):
-            first[c] = k[c]
-            z[c] = x[c] + 0.5 * h * k[c]
+        row = i * WIDTH
+        for c in range(row, row + n):
+            k = w[K_ROW + c]
+            w[FIRST_ROW + c] = k
+            w[Z_ROW + c] = w[X_ROW + c] + 0.5 * h * k
 
 
 def second_stage(w: Floats, n: int, live: Integers, h: float) -> None:
@@ -92,13 +91,11 @@ def second_stage(w: Floats, n: int, live: Integers, h: float) -> None:
     w: all rows, shape (ROWS,); n: columns. live: numbers of states, shape (l,); h: step, s.
     """
     for i in live:
-        a, b = i * WIDTH, i * WIDTH + n
-        x, z = w[X_ROW + a : X_ROW + b], w[Z_ROW + a : Z_ROW + b]
-        k, first = w[K_ROW + a : K_ROW + b], w[FIRST_ROW + a : FIRST_ROW + b]
-        total = w[SUM_ROW + a : SUM_ROW + b]
-        for c in range(n):
-            total[c] = first[c] + 4.0 * k[c]
-            z[c] = x[c] + h * (2.0 * k[c] - first[c])
+        row = i * WIDTH
+        for c in range(row, row + n):
+            first, k = w[FIRST_ROW + c], w[K_ROW + c]
+            w[SUM_ROW + c] = first + 4.0 * k
+            w[Z_ROW + c] = w[X_ROW + c] + h * (2.0 * k - first)
 
 
 def last_stage(w: Floats, n: int, live: Integers, h: float) -> None:
@@ -107,11 +104,9 @@ def last_stage(w: Floats, n: int, live: Integers, h: float) -> None:
     w: all rows, shape (ROWS,); n: columns. live: numbers of states, shape (l,); h: step, s.
     """
     for i in live:
-        a, b = i * WIDTH, i * WIDTH + n
-        x, k = w[X_ROW + a : X_ROW + b], w[K_ROW + a : K_ROW + b]
-        total = w[SUM_ROW + a : SUM_ROW + b]
-        for c in range(n):
-            x[c] += h / 6.0 * (total[c] + k[c])
+        row = i * WIDTH
+        for c in range(row, row + n):
+            w[X_ROW + c] += h / 6.0 * (w[SUM_ROW + c] + w[K_ROW + c])
 
 
 def stop(w: Floats, n: int, slopes: tuple[float, ...]) -> None:

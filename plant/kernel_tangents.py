@@ -32,6 +32,7 @@ from slipbench.plant.kernel_inputs import (
 )
 from slipbench.plant.kernel_rows import (
     COMMAND_ROW,
+    LANES,
     ROWS,
     SPARK_ROW,
     WIDTH,
@@ -41,7 +42,6 @@ from slipbench.plant.kernel_rows import (
     add_row,
     copy_rows,
     keep,
-    show,
     show_outputs,
     start_rows,
 )
@@ -91,7 +91,7 @@ def advance_tangents(
     (3, equations); rows: offset of every shown output's tangents, or -1; slopes: shape
     (shown, samples, n).
     """
-    n = slopes.shape[2]
+    n = -(-slopes.shape[2] // LANES) * LANES  # the columns behind the last one are zero
     ring = (len(state) - HEADER - states) // RINGS
     first = HEADER + states
     mask = ring - 1
@@ -230,7 +230,6 @@ PARTS = (
     show_outputs,
     copy_rows,
     keep,
-    show,
     first_stage,
     second_stage,
     last_stage,

@@ -9,7 +9,7 @@ from typing import Any
 from slipbench.plant.composition import RENAMED_OUTPUTS
 from slipbench.plant.equations import GIVES_SEVERAL, RATES
 from slipbench.plant.kernel_parts import HELD, LED
-from slipbench.plant.kernel_rows import WIDTH
+from slipbench.plant.kernel_rows import LANES, WIDTH
 from slipbench.plant.layout import EffectClass, Layout
 from slipbench.plant.signals import Inputs
 
@@ -102,6 +102,7 @@ class Rows:
         numbers = {
             **given,
             **self._blocks,
+            "LANES": LANES,
             "WIDTH": WIDTH,
             "LED_STATES": states,
             "LED_INPUTS": inputs,

@@ -1,6 +1,8 @@
 """Laws of the kernel's cache: its place can be chosen, and a text is compiled once."""
 
 import os
+import platform
+import re
 import subprocess
 import sys
 import time
@@ -8,9 +10,24 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
-from slipbench.plant.compiled import cache_folder, entry, inlined, load, made_once, text_of
+from slipbench.plant.compiled import (
+    cache_folder,
+    entry,
+    inlined,
+    load,
+    made_once,
+    text_of,
+    unsigned,
+)
+
+ADD_ROWS = """
+def add_rows(w, table, first, second, n):
+    for c in range(n):
+        w[first + c] += 2.0 * w[second + c] + table[c, 1] + w[0]
+"""
 
 PROGRAM = """
 from slipbench.plant.compiled import entry, load
@@ -58,6 +75,28 @@ def test_the_text_is_bare(tmp_path, monkeypatch):
     module = load(text)
     assert module.nine(1.0) == 9.0
     assert load(text) is module
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="reads the assembler of x86-64")
+def test_loops_over_rows_of_one_array_are_vectorized(tmp_path, monkeypatch):
+    """With signed indices this loop has no packed operation."""
+    monkeypatch.setenv("SLIPBENCH_CACHE", str(tmp_path))
+    module = load(entry(ADD_ROWS, "void(f8[::1],f8[:,::1],i8,i8,i8)"))
+    assert re.search(
+        r"v?fmadd\w+pd|v?mulpd|v?addpd", "".join(module.add_rows.inspect_asm().values())
+    )
+    w, table = np.arange(200.0), np.ones((40, 2))
+    expected = w[100:140] + 2.0 * w[10:50] + 1.0
+    module.add_rows(w, table, 100, 10, 40)
+    np.testing.assert_array_equal(w[100:140], expected)
+    np.testing.assert_array_equal(w[:100], np.arange(100.0))
+
+
+def test_constants_and_slices_keep_their_sign():
+    kept = "a[0] + a[1:n] + b[:, 2]"
+    assert unsigned(kept) == kept
+    assert unsigned("a[i]") == "a[np.uint64(i)]"
+    assert unsigned("a[i, 0] + a[b[j]]") == "a[np.uint64(i), 0] + a[np.uint64(b[np.uint64(j)])]"
 
 
 def test_threads_wait_for_a_module_that_another_one_loads(tmp_path, monkeypatch):
