@@ -4,6 +4,8 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from xml.etree import ElementTree as Xml
 
+from slipbench.plant.fmu.bus import Bus
+from slipbench.plant.fmu.bus_description import add_bus, add_bus_output
 from slipbench.plant.fmu.model import FmuModel
 from slipbench.plant.fmu.units import Unit, fmi_unit
 from slipbench.plant.fmu.variables import INPUT, OUTPUT, Variable
@@ -13,8 +15,10 @@ IDENTIFIER = "motorcycle"
 COMMUNICATION_STEP = 1e-3  # s, proposed to a master: the period of commands on the bus
 
 
-def description(version: int, model: FmuModel, variables: Sequence[Variable], token: str) -> str:
-    """Return the text. version: 2 or 3; token: GUID or instantiation token."""
+def description(
+    version: int, model: FmuModel, variables: Sequence[Variable], token: str, bus: Bus | None = None
+) -> str:
+    """Return the text. version: 2 or 3; token: GUID or instantiation token. bus: of FMI 3.0 only."""
     root = Xml.Element(
         "fmiModelDescription",
         {
@@ -26,7 +30,10 @@ def description(version: int, model: FmuModel, variables: Sequence[Variable], to
             "variableNamingConvention": "structured",
         },
     )
-    Xml.SubElement(root, "CoSimulation", _abilities(version, model.step))
+    abilities = _abilities(version, model.step)
+    Xml.SubElement(
+        root, "CoSimulation", abilities if bus is None else {**abilities, "hasEventMode": "true"}
+    )
     _add_units(root, variables)
     step = str(math.ceil(COMMUNICATION_STEP / model.step - 1e-9) * model.step)
     Xml.SubElement(
@@ -35,6 +42,9 @@ def description(version: int, model: FmuModel, variables: Sequence[Variable], to
     listed = Xml.SubElement(root, "ModelVariables")
     structure = Xml.Element("ModelStructure")
     (_add_variables_2 if version == 2 else _add_variables_3)(listed, structure, variables)
+    if bus is not None:
+        add_bus(listed, bus, model.step, len(variables) + 1)
+        add_bus_output(structure, len(variables) + 1)
     root.append(structure)
     Xml.indent(root)
     return Xml.tostring(root, encoding="unicode", xml_declaration=True)

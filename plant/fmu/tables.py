@@ -1,9 +1,11 @@
 """tables.h of an FMU: sizes, start values, bounds and names, as the C sources read them."""
 
-import math
 from collections.abc import Iterable, Sequence
 
 from slipbench.plant import kernel
+from slipbench.plant.fmu.bus import Bus
+from slipbench.plant.fmu.bus_tables import bus_tables
+from slipbench.plant.fmu.c_text import c_number
 from slipbench.plant.fmu.model import FmuModel
 from slipbench.plant.fmu.variables import Variable
 from slipbench.plant.signals import Inputs, Outputs
@@ -12,8 +14,13 @@ from slipbench.plant.simulation import ring_length
 DELAYS = {"COMMAND_DELAY": "throttle_servo_delay", "SPARK_DELAY": "engine_spark_delay"}
 
 
-def tables(model: FmuModel, variables: Sequence[Variable], token: str) -> str:
-    """Return the text of tables.h. token: by which a master names this FMU."""
+def tables(
+    model: FmuModel, variables: Sequence[Variable], token: str, bus: Bus | None = None
+) -> str:
+    """Return the text of tables.h. token: by which a master names this FMU.
+
+    Raises ValueError where frames cannot be sent at multiples of the internal step.
+    """
     order = model.layout
     states, ring = len(order.states), ring_length(model.step)
     rest = Inputs.held(1).table[0]
@@ -36,20 +43,15 @@ def tables(model: FmuModel, variables: Sequence[Variable], token: str) -> str:
         "PARAMETER_STARTS": _numbers(model.parameters),
         "ROW_STARTS": _numbers(rest),
         "VARIABLES": ", ".join(map(_variable, variables)),
+        **({} if bus is None else bus_tables(bus, model.step, variables)),
     }
     return "\n".join(("#include <math.h>", *(f"#define {n} {v}" for n, v in numbers.items()), ""))
 
 
 def _variable(one: Variable) -> str:
-    ends = ", ".join(map(_number, (one.start, *one.bounds)))
+    ends = ", ".join(map(c_number, (one.start, *one.bounds)))
     return f'{{{one.kind}, {one.index}, {int(one.whole)}, {ends}, "{one.name}"}}'
 
 
 def _numbers(values: Iterable[float]) -> str:
-    return ", ".join(_number(float(value)) for value in values)
-
-
-def _number(value: float) -> str:
-    if math.isnan(value):
-        return "NAN"
-    return repr(value) if math.isfinite(value) else ("INFINITY" if value > 0.0 else "-INFINITY")
+    return ", ".join(c_number(float(value)) for value in values)

@@ -182,7 +182,7 @@ def slot(
     where = f"{database.origin}: {message.name}.{name}"
     scale, offset = _conversion(signal, where, kind, at)
     bits = bits_of(signal, message.length)
-    low, high = _limits(signal)
+    low, high = limits(signal)
     return Slot(
         where,
         bits.shift,
@@ -250,8 +250,11 @@ def si(
     return signal.scale * slope, signal.offset * slope + zero
 
 
-def _limits(signal: Signal) -> tuple[float, float]:
-    """Lowest and highest raw value that the database allows; a negative scale exchanges them."""
+def limits(signal: Signal) -> tuple[float, float]:
+    """Return the lowest and highest raw value that the database allows.
+
+    A negative scale exchanges its limits.
+    """
     low: float
     high: float
     low, high = (-math.inf, math.inf) if signal.is_float else signal.raw_range

@@ -1,6 +1,8 @@
 """An exported FMU compared with what it was exported from: a throttle sweep through both."""
 
 from collections.abc import Mapping
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -108,22 +110,27 @@ def ridden(path: Path, inputs: Mapping[str, "Floats"]) -> dict[str, "Floats"]:
     """
     fmpy = optional_library("fmpy")
     description = optional_library("fmpy.model_description").read_model_description(str(path))
-    names = [v.name for v in description.modelVariables if v.causality == "output"]
+    names = [
+        v.name
+        for v in description.modelVariables
+        if v.causality == "output" and v.type in ("Real", "Float64")
+    ]
     rows = next(iter(inputs.values())).size
     signals = np.zeros(rows, dtype=[("time", float), *((name, float) for name in inputs)])
     signals["time"] = COMMUNICATION_STEP * np.arange(rows)
     for name, values in inputs.items():
         signals[name] = values
     try:
-        found = fmpy.simulate_fmu(
-            str(path),
-            stop_time=rows * COMMUNICATION_STEP,
-            step_size=COMMUNICATION_STEP,
-            output_interval=COMMUNICATION_STEP,
-            input=signals,
-            output=names,
-            set_input_derivatives=False,
-        )
+        with redirect_stdout(StringIO()):  # fmpy prints that nothing is connected to the bus
+            found = fmpy.simulate_fmu(
+                str(path),
+                stop_time=rows * COMMUNICATION_STEP,
+                step_size=COMMUNICATION_STEP,
+                output_interval=COMMUNICATION_STEP,
+                input=signals,
+                output=names,
+                set_input_derivatives=False,
+            )
     except Exception as fault:  # fmpy raises plain exceptions
         raise InputError("the FMU does not run", where=str(path), found=str(fault)) from fault
     return {name: np.asarray(found[name][1:], np.float64) for name in names}

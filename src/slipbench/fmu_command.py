@@ -8,6 +8,7 @@ import typer
 from slipbench.protocol.shipped_files import completion_of, file_of
 
 if TYPE_CHECKING:  # the plant takes seconds to import; --help should not
+    from slipbench.plant.fmu.bus import Bus
     from slipbench.plant.fmu.model import FmuModel
     from slipbench.plant.vehicle_file import Vehicle
 
@@ -44,6 +45,15 @@ def export_fmu(
     step: Annotated[
         str | None, typer.Option(help=f"Internal step of integration: {STEP} by default.")
     ] = None,
+    bus: Annotated[
+        Path | None,
+        typer.Option(
+            help="Role map, or one that ships: the FMU also sends and reads its CAN frames.",
+            metavar="FILE",
+            parser=file_of("role map"),
+            autocompletion=completion_of("role map"),
+        ),
+    ] = None,
 ) -> None:
     """Export a simulation with its effects as an FMU for co-simulation.
 
@@ -60,6 +70,10 @@ def export_fmu(
     a file of the same name with the suffix .toml says what is uncertain and recorded, so
     that `slipbench explain motorcycle.fmu RUN...` works.
 
+    With --bus it is a node of a CAN network as well (FMI-LS-BUS 1.0, network abstraction; FMI 3.0). It
+    reads the messages whose roles command the motorcycle, and sends those whose roles it shows, at the
+    cycle times of the database, with counters and checksums.
+
     Exit status: 0 done, 2 invalid input (see message).
 
     Example: slipbench export-fmu nominal --out motorcycle.fmu
@@ -68,15 +82,21 @@ def export_fmu(
     from slipbench.wrapper_command import export_wrapper
 
     if is_of_an_fmu(vehicle):
-        _refuse_options(fmi=fmi, gear=gear, engine_speed=engine_speed, step=step)
+        _refuse_options(fmi=fmi, gear=gear, engine_speed=engine_speed, step=step, bus=bus)
         export_wrapper(vehicle, out)
     else:
         _export_motorcycle(
-            vehicle, out, fmi or VERSION, gear or GEAR, engine_speed or ENGINE_SPEED, step or STEP
+            vehicle,
+            out,
+            fmi or VERSION,
+            gear or GEAR,
+            engine_speed or ENGINE_SPEED,
+            step or STEP,
+            bus,
         )
 
 
-def _refuse_options(**given: int | str | None) -> None:
+def _refuse_options(**given: int | str | Path | None) -> None:
     """Raise InputError where options of a motorcycle are given for an FMU."""
     from slipbench.protocol.errors import InputError
 
@@ -90,9 +110,10 @@ def _refuse_options(**given: int | str | None) -> None:
 
 
 def _export_motorcycle(
-    vehicle: Path, out: Path, fmi: int, gear: int, engine_speed: str, step: str
+    vehicle: Path, out: Path, fmi: int, gear: int, engine_speed: str, step: str, roles: Path | None
 ) -> None:
     from slipbench.bench.vehicle.virtual_motorcycle import read_vehicle
+    from slipbench.fmu_bus import read_bus, require_version, words
     from slipbench.fmu_check import header_folder
     from slipbench.plant.fmu.explaining import file_beside
     from slipbench.plant.fmu.model import sensor_effects
@@ -104,8 +125,10 @@ def _export_motorcycle(
         refuse_existing(path)
     known = read_vehicle(vehicle)
     model = _model(known, vehicle, gear, engine_speed, step)
+    require_version(fmi, roles)
+    bound = None if roles is None else read_bus(roles, known.motorcycle)
     with new_file(out) as draft:
-        apart = _write_checked(draft, model, fmi, headers)
+        apart = _write_checked(draft, model, fmi, headers, bound.bus if bound else None)
     with new_file(beside) as draft:
         draft.write_text(file_beside(model, known.plus_minus), encoding="utf-8")
     typer.echo(f"checked: valid; its outputs deviate from the plant by at most {apart:.1g}")
@@ -115,11 +138,15 @@ def _export_motorcycle(
     )
     if left_out := sensor_effects(known.motorcycle):
         typer.echo(f"not in it, since they act in a sensor: {', '.join(left_out)}")
+    for line in () if bound is None else words(bound):
+        typer.echo(line)
     typer.echo(f"written: {out} (FMI {fmi}.0), {beside}")
     typer.echo(f"compare it with recordings: slipbench explain {out} RUN...")
 
 
-def _write_checked(path: Path, model: "FmuModel", fmi: int, headers: Path) -> float:
+def _write_checked(
+    path: Path, model: "FmuModel", fmi: int, headers: Path, bus: "Bus | None"
+) -> float:
     """Write an FMU; return the largest deviation from the plant. Raises InputError."""
     from slipbench.fmu_check import largest_deviation, require_valid
     from slipbench.plant.errors import PlantError
@@ -127,9 +154,11 @@ def _write_checked(path: Path, model: "FmuModel", fmi: int, headers: Path) -> fl
     from slipbench.protocol.errors import InputError
 
     try:
-        write_fmu(path, model, fmi, headers)
+        write_fmu(path, model, fmi, headers, bus)
     except PlantError as fault:
         raise InputError(str(fault)) from fault
+    except ValueError as fault:
+        raise InputError(str(fault), where="--bus", remedy="give another --step") from fault
     require_valid(path)
     return largest_deviation(path, model)
 

@@ -1,20 +1,16 @@
 /* The motorcycle behind the interface of FMI 3.0 for co-simulation. */
-#include "fmi3Functions.h"
+#include "slave3.h"
 
 #include <stdlib.h>
 #include <string.h>
-#include "motorcycle.h"
 
-typedef struct {
-    Motorcycle motorcycle;
-    fmi3InstanceEnvironment environment;
-    fmi3LogMessageCallback log;
-} Slave;
-
-static fmi3Status status(Slave *s, int result) {
+/* 0: well; below 0: an error; above 0: a warning. The last two are logged with the message. */
+fmi3Status slave_status(Slave *s, int result) {
     if (result == 0) return fmi3OK;
-    if (s->log != NULL) s->log(s->environment, fmi3Error, "logStatusError", s->motorcycle.message);
-    return fmi3Error;
+    fmi3Status found = result < 0 ? fmi3Error : fmi3Warning;
+    const char *category = result < 0 ? "logStatusError" : "logStatusWarning";
+    if (s->log != NULL) s->log(s->environment, found, category, s->motorcycle.message);
+    return found;
 }
 
 const char *fmi3GetVersion(void) { return fmi3Version; }
@@ -37,7 +33,7 @@ fmi3Instance fmi3InstantiateCoSimulation(
     motorcycle_reset(&s->motorcycle);
     if (strcmp(token, TOKEN) == 0) return s;
     strcpy(s->motorcycle.message, "the instantiation token is not that of this FMU");
-    status(s, -1);
+    slave_status(s, -1);
     free(s);
     return NULL;
 }
@@ -53,7 +49,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerant, fmi
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
-    return status(c, motorcycle_initialize(&((Slave *)c)->motorcycle));
+    return slave_status(c, motorcycle_initialize(&((Slave *)c)->motorcycle));
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c) { return (void)c, fmi3OK; }
@@ -65,7 +61,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n
     if (n != values) return fmi3Error;
     for (size_t k = 0; k < n && result == 0; k++)
         result = motorcycle_set(&((Slave *)c)->motorcycle, r[k], v[k]);
-    return status(c, result);
+    return slave_status(c, result);
 }
 
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 v[],
@@ -78,7 +74,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n
         else
             result = motorcycle_get(&((Slave *)c)->motorcycle, r[k], &v[k]);
     }
-    return status(c, result);
+    return slave_status(c, result);
 }
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Boolean never_back,
@@ -88,7 +84,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Bo
     int result = motorcycle_step(&((Slave *)c)->motorcycle, time, step);
     *event = *terminate = *early = fmi3False;
     *reached = motorcycle_time(&((Slave *)c)->motorcycle);
-    return status(c, result);
+    return slave_status(c, result);
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *kept) {

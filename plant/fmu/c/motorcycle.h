@@ -18,12 +18,25 @@ typedef struct {
     const char *name;
 } Variable;
 
+#ifdef FRAMES
+typedef struct {
+    uint16_t counters[FRAME_COUNT];
+    int notifications;
+    int64_t sent_until; /* internal step of the next tick */
+    size_t size;
+    uint8_t data[BUFFER]; /* operations to be sent */
+} Can;
+#endif
+
 /* Everything that changes: copied as a whole where a master saves and restores a state. */
 typedef struct {
     enum Phase phase;
     double begin; /* time at which the simulation started, s */
     double row[INPUTS], parameters[PARAMETERS], ratios[RATIOS], initial[STATES];
     double delays[2], state[SIZE], out[OUTPUTS];
+#ifdef FRAMES
+    Can can;
+#endif
 } Numbers;
 
 typedef struct {
