@@ -11,7 +11,9 @@ import pytest
 
 from slipbench.fmu_bus import bind_bus, read_bus, require_version, words
 from slipbench.fmu_check import require_valid
+from slipbench.identification.mismatch.callables.fmu.fmu_system import open_fmu
 from slipbench.plant.fmu.bus import Bus
+from slipbench.plant.fmu.explaining import OUTPUTS, file_beside
 from slipbench.plant.fmu.export import write_fmu
 from slipbench.plant.fmu.model import FmuModel
 from slipbench.plant.motorcycle import Motorcycle
@@ -139,6 +141,14 @@ def command(database: Database, throttle: float, spark: float = 0.0, counter: in
 
 def test_it_is_valid_and_describes_the_terminal(own: Path) -> None:
     require_valid(own)
+
+
+def test_explain_reads_it_as_one_without_frames(own: Path, model: FmuModel) -> None:
+    """Nothing is connected to the bus then: its clocks do not tick."""
+    beside = own.with_suffix(".toml")
+    beside.write_text(file_beside(model, {"body_mass": 5.0}), encoding="utf-8")
+    plan = open_fmu(beside).plan
+    assert {port.name for port in plan.outputs} >= set(OUTPUTS)
 
 
 def test_frames_carry_the_outputs_at_their_cycle_times(node: Node, database: Database) -> None:

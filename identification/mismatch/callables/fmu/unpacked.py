@@ -2,6 +2,7 @@
 
 import shutil
 import zipfile
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import mkdtemp
@@ -49,11 +50,16 @@ class UnpackedFmu:
         return chosen
 
     def _reject_input_clocks(self) -> None:
-        """Raise InputError where the FMU has input clocks."""
+        """Raise InputError where the FMU has input clocks, other than those of a network.
+
+        FMI-LS-BUS: clocks of binary variables alone exchange frames. They do not tick on a bus to
+        which nothing is connected.
+        """
+        variables = self.description.modelVariables
         ticked = [
             v.name
-            for v in self.description.modelVariables
-            if v.type == "Clock" and v.causality == "input"
+            for v in variables
+            if v.type == "Clock" and v.causality == "input" and not _of_a_network(v, variables)
         ]
         if ticked:
             raise InputError(
@@ -63,6 +69,12 @@ class UnpackedFmu:
                 found=f"input clocks {', '.join(ticked)}",
                 remedy="export it without clocks: sampled parts as time events",
             )
+
+
+def _of_a_network(clock: Any, variables: Iterable[Any]) -> bool:
+    """Return whether a clock has variables, and all of them are binary."""
+    types = {v.type for v in variables if any(c.name == clock.name for c in v.clocks or ())}
+    return types == {"Binary"}
 
 
 def _unsupported_interfaces(description: Any) -> str:
