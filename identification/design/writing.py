@@ -76,11 +76,6 @@ def bounds(limits: Limits, actuator: str) -> Bounds:
     return Bounds(low=low, high=high, rate=SHARE * limits.spark_rate)
 
 
-def range_of(bounds: Bounds) -> Range:
-    """Bounds in the form that a control law takes."""
-    return Range(bounds.low, bounds.high, bounds.rate)
-
-
 def _law(designed: Designed) -> Law:
     if isinstance(designed.controller, Gains):
         return _pid(designed.controller)

@@ -177,12 +177,6 @@ def known_quantities(at: str, e: Equations, file: ModelFile) -> dict[str, int]:
     return found
 
 
-def curve_in_kernel(at: str, regressor: str, e: Equations, file: ModelFile) -> str | None:
-    """Return the name of a regressor in the kernel; None: it is not available at the place."""
-    along = regressor.replace(" ", "_")
-    return along if along in known_quantities(at, e, file) else None
-
-
 def unit_of(along: str, file: ModelFile) -> str:
     """Return the SI unit of the regressor of a curve."""
     if along == TIME:
