@@ -45,11 +45,14 @@ class BoundBus:
     constant: tuple[str, ...]
 
 
-def read_bus(path: Path, motorcycle: "Motorcycle") -> BoundBus:
-    """Return the bus of a role map. Raises InputError where it does not suit an FMU."""
+def read_bus(path: Path, motorcycle: "Motorcycle", dbc: Path | None = None) -> BoundBus:
+    """Return the bus of a role map. dbc: database in place of the one that it names.
+
+    Raises InputError where it does not suit an FMU.
+    """
     roles = read_toml(path, RoleMap)
-    database = load_database(database_of(roles, path), roles.bus_of).on_buses(roles.bus_of)
-    ruled = with_rules(database, dict(roles.messages), str(path))
+    database = load_database(dbc or database_of(roles, path), roles.bus_of)
+    ruled = with_rules(database.on_buses(roles.bus_of), dict(roles.messages), str(path))
     return bind_bus(roles, ruled, motorcycle, str(path))
 
 

@@ -48,10 +48,19 @@ def export_fmu(
     bus: Annotated[
         Path | None,
         typer.Option(
-            help="Role map, or one that ships: the FMU also sends and reads its CAN frames.",
+            help="Role map or binding file: the FMU also sends and reads its CAN frames.",
             metavar="FILE",
-            parser=file_of("role map"),
-            autocompletion=completion_of("role map"),
+            parser=file_of("role map", "binding"),
+            autocompletion=completion_of("role map", "binding"),
+        ),
+    ] = None,
+    dbc: Annotated[
+        Path | None,
+        typer.Option(
+            help="Database, in place of the one that the role map names.",
+            metavar="FILE",
+            parser=file_of("database"),
+            autocompletion=completion_of("database"),
         ),
     ] = None,
 ) -> None:
@@ -82,7 +91,7 @@ def export_fmu(
     from slipbench.wrapper_command import export_wrapper
 
     if is_of_an_fmu(vehicle):
-        _refuse_options(fmi=fmi, gear=gear, engine_speed=engine_speed, step=step, bus=bus)
+        _refuse_options(fmi=fmi, gear=gear, engine_speed=engine_speed, step=step, bus=bus, dbc=dbc)
         export_wrapper(vehicle, out)
     else:
         _export_motorcycle(
@@ -93,6 +102,7 @@ def export_fmu(
             engine_speed or ENGINE_SPEED,
             step or STEP,
             bus,
+            dbc,
         )
 
 
@@ -110,7 +120,14 @@ def _refuse_options(**given: int | str | Path | None) -> None:
 
 
 def _export_motorcycle(
-    vehicle: Path, out: Path, fmi: int, gear: int, engine_speed: str, step: str, roles: Path | None
+    vehicle: Path,
+    out: Path,
+    fmi: int,
+    gear: int,
+    engine_speed: str,
+    step: str,
+    roles: Path | None,
+    dbc: Path | None,
 ) -> None:
     from slipbench.bench.vehicle.virtual_motorcycle import read_vehicle
     from slipbench.fmu_bus import read_bus, require_version, words
@@ -126,7 +143,7 @@ def _export_motorcycle(
     known = read_vehicle(vehicle)
     model = _model(known, vehicle, gear, engine_speed, step)
     require_version(fmi, roles)
-    bound = None if roles is None else read_bus(roles, known.motorcycle)
+    bound = None if roles is None else read_bus(roles, known.motorcycle, dbc)
     with new_file(out) as draft:
         apart = _write_checked(draft, model, fmi, headers, bound.bus if bound else None)
     with new_file(beside) as draft:

@@ -53,7 +53,11 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c) { return (void)c, fmi3OK; }
-fmi3Status fmi3Reset(fmi3Instance c) { return motorcycle_reset(&((Slave *)c)->motorcycle), fmi3OK; }
+fmi3Status fmi3Reset(fmi3Instance c) {
+    ((Slave *)c)->receiving = ((Slave *)c)->sending = 0;
+    motorcycle_reset(&((Slave *)c)->motorcycle);
+    return fmi3OK;
+}
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n,
                           const fmi3Float64 v[], size_t values) {
