@@ -64,8 +64,12 @@ def bind_bus(roles: RoleMap, database: Database, motorcycle: "Motorcycle", where
     return _Bound(roles, database, motorcycle, where).bus()
 
 
-def require_version(fmi: int, roles: Path | None) -> None:
-    """Raise InputError where frames are asked of an FMU of FMI 2.0, which has no clocks."""
+def require_bus(fmi: int, roles: Path | None, dbc: Path | None = None) -> None:
+    """Raise InputError for a database without roles, and for frames in FMI 2.0, without clocks."""
+    if dbc is not None and roles is None:
+        raise InputError(
+            "--dbc has no effect without a role map", remedy="name the role map as well: --bus FILE"
+        )
     if roles is not None and fmi != VERSION:
         raise InputError(
             "CAN frames need clocks, which FMI 2.0 does not have",

@@ -130,7 +130,7 @@ def _export_motorcycle(
     dbc: Path | None,
 ) -> None:
     from slipbench.bench.vehicle.virtual_motorcycle import read_vehicle
-    from slipbench.fmu_bus import read_bus, require_version, words
+    from slipbench.fmu_bus import read_bus, require_bus, words
     from slipbench.fmu_check import header_folder
     from slipbench.plant.fmu.explaining import file_beside
     from slipbench.plant.fmu.model import sensor_effects
@@ -142,7 +142,7 @@ def _export_motorcycle(
         refuse_existing(path)
     known = read_vehicle(vehicle)
     model = _model(known, vehicle, gear, engine_speed, step)
-    require_version(fmi, roles)
+    require_bus(fmi, roles, dbc)
     bound = None if roles is None else read_bus(roles, known.motorcycle, dbc)
     with new_file(out) as draft:
         apart = _write_checked(draft, model, fmi, headers, bound.bus if bound else None)

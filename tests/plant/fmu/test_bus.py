@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slipbench.fmu_bus import bind_bus, read_bus, require_version, words
+from slipbench.fmu_bus import bind_bus, read_bus, require_bus, words
 from slipbench.fmu_check import require_valid
 from slipbench.identification.mismatch.callables.fmu.fmu_system import open_fmu
 from slipbench.plant.fmu.bus import Bus
@@ -433,10 +433,15 @@ def test_a_role_map_without_the_motorcycle_is_refused(demonstration: Motorcycle)
 
 
 def test_fmi_2_has_no_clocks() -> None:
-    require_version(3, OWN)
-    require_version(2, None)
+    require_bus(3, OWN)
+    require_bus(2, None)
     with pytest.raises(InputError, match=r"FMI 2\.0"):
-        require_version(2, OWN)
+        require_bus(2, OWN)
+
+
+def test_a_database_needs_a_role_map() -> None:
+    with pytest.raises(InputError, match="--bus FILE"):
+        require_bus(3, None, OWN)
 
 
 def test_a_cycle_time_that_the_step_does_not_divide_is_refused(
