@@ -40,13 +40,19 @@ def calibrate(model: Model, start: Point) -> Fit:
     uncalibrated = start_fit(model.coarse, start)
     fit = refit_with_updated_jacobian(optimize(uncalibrated), ROUGHLY)
     if far_from_prior(fit) or hidden_by_noise(fit):
-        fit = _better_of(lambda: least_squares_start(from_its_beginning(uncalibrated)), fit)
+        score = fit.score
+        fit = _better_of(lambda: least_squares_start(from_its_beginning(uncalibrated), score), fit)
     return refit_with_updated_jacobian(fit.fine(model))
 
 
 def map_fit(start: Fit) -> Fit:
     """Return the MAP fit reached from a start."""
     return refined(optimize(start))
+
+
+def from_another_start(start: Fit) -> Fit:
+    """Return the fit reached from a start that is an alternative to others; no further one."""
+    return refit_with_updated_jacobian(optimize(start), ROUGHLY)
 
 
 def refined(fit: Fit) -> Fit:
@@ -56,7 +62,9 @@ def refined(fit: Fit) -> Fit:
     `least_squares_start`.
     """
     new = refit_with_updated_jacobian(fit, ROUGHLY)
-    return _better_of(lambda: least_squares_start(fit), new) if hidden_by_noise(new) else new
+    if not hidden_by_noise(new):
+        return new
+    return _better_of(lambda: least_squares_start(fit, new.score), new)
 
 
 def _better_of(alternative: Callable[[], Fit], fit: Fit) -> Fit:

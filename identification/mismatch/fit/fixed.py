@@ -10,17 +10,12 @@ from dataclasses import replace
 import numpy as np
 
 from slipbench.identification.mismatch.fit.calibrate import (
-    map_fit,
+    from_another_start,
     parameters_far_from_prior,
     start_fit,
 )
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.optimize import optimize
-from slipbench.identification.mismatch.fit.refit import (
-    ROUGHLY,
-    refit_with_updated_jacobian,
-    relinearized,
-)
+from slipbench.identification.mismatch.fit.refit import relinearized
 from slipbench.identification.mismatch.simulation.model import Model, Point, predict
 
 
@@ -35,7 +30,7 @@ def far_numbers_fixed(fit: Fit) -> Fit:
     model = fit.model.uncertain_of(remaining)
     x = np.array([clocks.get(k, 0.0) for k in remaining])
     uncalibrated = replace(start_fit(model, replace(fit.point, x=x)), candidates=fit.candidates)
-    return refit_with_updated_jacobian(optimize(uncalibrated), ROUGHLY)
+    return from_another_start(uncalibrated)
 
 
 def freed(fit: Fit, model: Model) -> Fit:
@@ -47,4 +42,4 @@ def freed(fit: Fit, model: Model) -> Fit:
     x = np.array([estimates.get(k, 0.0) for k in model.known])
     point: Point = replace(fit.point, x=x)
     start = Fit(model, point, predict(model, point), fit.noise, [], fit.candidates)
-    return map_fit(relinearized(start))
+    return from_another_start(relinearized(start))

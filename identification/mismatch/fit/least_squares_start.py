@@ -22,19 +22,20 @@ BEGINNINGS = (1 / 64, 1 / 16, 1 / 4)
 LEAST = 1e-3
 """Share of the error over the whole recordings below which an error of an initial part is
 negligible."""
-BETTER = 0.02
-"""Share of the mean square by which a round of plain least squares must lower it."""
+BETTER = 0.1
+"""Share of the mean square by which a round of plain least squares must lower it: on the way to
+another minimum errors fall by factors."""
 
 
-def least_squares_start(fit: Fit) -> Fit:
+def least_squares_start(fit: Fit, rival: float = -np.inf) -> Fit:
     """Return the fit reached by plain least squares and then refitted with a noise model.
 
     A noise model attributes the errors of a wrong simulation to noise, and the fit then stays near
-    its start; unweighted errors do not hold it there.
+    its start; unweighted errors do not hold it there. rival: score of a known fit, see
+    `refit_with_updated_jacobian`.
     """
-    return refit_with_updated_jacobian(
-        renoised(_least_squares(fit, ROUNDS, _negligible_errors(fit))), ROUGHLY
-    )
+    start = renoised(_least_squares(fit, ROUNDS, _negligible_errors(fit)))
+    return refit_with_updated_jacobian(start, ROUGHLY, rival)
 
 
 def from_its_beginning(start: Fit) -> Fit:

@@ -24,16 +24,21 @@ ROUGHLY = 10.0  # nats; sufficient where fits are only compared with each other
 BENDS = 20  # largest number of sensitivity updates
 
 
-def refit_with_updated_jacobian(fit: Fit, worth: float = WORTH_AGAIN) -> Fit:
+def refit_with_updated_jacobian(
+    fit: Fit, worth: float = WORTH_AGAIN, rival: float = -np.inf
+) -> Fit:
     """Return the fit optimized with updated sensitivities, repeated while the gain is large enough.
 
     Sensitivities hardly change with parameters known to a few per cent; other parameters move by
     factors, along curved valleys. worth: log-likelihood gain required for another round, nats.
+    rival: score of a known fit; the rounds end where another gain as large as the last would not
+    reach it. The first round does not count: it leaves the start, and gains most.
     """
     fit = relinearized(fit)
-    for _ in range(BENDS):
+    for bend in range(BENDS):
         new = farther_along(fit, optimize(fit))
-        if new.score - fit.score < worth:
+        gain = new.score - fit.score
+        if gain < worth or (bend > 0 and new.score + gain < rival):
             return max(new, fit, key=lambda f: f.score)
         fit = relinearized(new)
     return fit

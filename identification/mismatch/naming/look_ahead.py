@@ -21,7 +21,7 @@ from slipbench.identification.mismatch.fit.least_squares_start import least_squa
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.naming.candidates import place_on_the_road
-from slipbench.identification.mismatch.naming.fits import near_ones_refined
+from slipbench.identification.mismatch.naming.fits import NEAR, near_ones_refined
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.replacement import replacement
 from slipbench.identification.mismatch.naming.score import Score, as_known, of_one_kind, screen
@@ -124,8 +124,10 @@ def pairs(
     several = in_threads(
         lambda single: list(_pairs(named, single, library, required, methods)), singles
     )
-    refined = near_ones_refined(named.base, [pair for found in several for pair in found])
-    return [pair for pair in refined if pair.score > required]
+    base = named.base
+    least = base.score + NEAR * (required - base.score)
+    near = [pair for found in several for pair in found if pair.score > least]
+    return [pair for pair in near_ones_refined(base, near) if pair.score > required]
 
 
 def _fitted(method: Callable[[Fit], Fit], start: Fit, *effects: Candidate) -> Fit:
