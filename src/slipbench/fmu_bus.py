@@ -21,6 +21,7 @@ from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.message_rules import with_rules
 from slipbench.protocol.recording.role_lookup import find_signals, to_si
 from slipbench.protocol.recording.role_map import RoleMap, Source
+from slipbench.protocol.units import linear
 
 if TYPE_CHECKING:
     from slipbench.plant.motorcycle import Motorcycle
@@ -200,23 +201,26 @@ class _Bound:
         return role in READ and ECHOES.get(role) not in self._roles.roles
 
     def _signal(self, message: Message, signal: Signal, read: bool) -> BusSignal:
-        role, source = self._sources.get(message.name, {}).get(
-            signal.name, ("", Source(signals=("-",)))
-        )
         name, bits = f"{message.name}.{signal.name}", _bits(signal)
-        fixed = BusSignal(name, bits, fixed=self._fixed(message, signal))
-        if read and not self._is_read(role):
-            return fixed
         if not read and self._is_time(name):
-            return BusSignal(name, bits, TIME, *_time_scale(signal), wraps=True)
-        variable, factor = (READ[role], 1.0) if read else self._shown.get(role, ("", 1.0))
-        if not variable or source.values:
-            return fixed
+            tick = signal.scale * linear(signal.unit, "s")[0]
+            return BusSignal(name, bits, TIME, tick, wraps=True)
+        bound = self._sources.get(message.name, {}).get(signal.name)
+        variable, factor = self._variable(bound[0], read) if bound else ("", 1.0)
+        if bound is None or not variable or bound[1].values:
+            return BusSignal(name, bits, fixed=self._fixed(message, signal))
+        role, source = bound
         at = np.array([signal.offset, signal.offset + signal.scale], np.float64)
         zero, one = to_si(at, signal.unit, role, source, self._roles.unit(role)) / factor
         low, high = limits(signal)
         kind = (signal.signed, signal.is_float, signal.wraps)
         return BusSignal(name, bits, variable, float(one - zero), float(zero), *kind, low, high)
+
+    def _variable(self, role: str, read: bool) -> tuple[str, float]:
+        """Variable of a role and its factor; empty where the role is neither read nor sent."""
+        if read:
+            return (READ[role] if self._is_read(role) else ""), 1.0
+        return self._shown.get(role, ("", 1.0))
 
     def _is_time(self, name: str) -> bool:
         return any(source.time_signal == name for source in self._roles.roles.values())
@@ -232,13 +236,6 @@ class _Bound:
         rest = min(max(round(-signal.offset / signal.scale), low), high)
         raw = rest if signal.start_value is None else signal.start_value
         return int(raw) & ((1 << signal.length) - 1)
-
-
-def _time_scale(signal: Signal) -> tuple[float, float]:
-    source = Source(signals=("-",))
-    at = np.array([0.0, signal.scale], np.float64)
-    zero, one = to_si(at, signal.unit, TIME, source, "s")
-    return float(one - zero), 0.0
 
 
 def _bits(signal: Signal) -> tuple[int, ...]:

@@ -175,10 +175,11 @@ static uint8_t *operation(Motorcycle *m, uint32_t code, size_t arguments) {
     return put(put(start, code, 4), (uint32_t)(HEAD + arguments), 4);
 }
 
-static void transmit(Motorcycle *m, int which) {
+/* Returns -1 where the buffer is full. */
+static int transmit(Motorcycle *m, int which) {
     const Frame *f = &FRAME[which];
     uint8_t *to = operation(m, f->fd ? TRANSMIT_FD : TRANSMIT, (f->fd ? 9u : 8u) + f->length);
-    if (to == NULL) return;
+    if (to == NULL) return -1;
     to = put(to, f->identifier, 4);
     to = put(to, (uint32_t)f->extended, 1);
     to = f->fd ? put(to, 0, 2) : put(to, 0, 1); /* bit rate switch, error state; or remote request */
@@ -193,6 +194,7 @@ static void transmit(Motorcycle *m, int which) {
     uint16_t *counter = &m->numbers.can.counters[which];
     protect(&f->protection, to, f->length, *counter);
     *counter = (uint16_t)(f->protection.period ? (*counter + 1) % f->protection.period : 0);
+    return 0;
 }
 
 int can_send(Motorcycle *m) {
@@ -206,7 +208,8 @@ int can_send(Motorcycle *m) {
         if (to != NULL) put(put(to, BIT_RATE_KIND, 1), BIT_RATE, 4);
     }
     for (int k = 0; k < FRAME_COUNT; k++)
-        if (FRAME[k].every > 0 && steps % FRAME[k].every == 0) transmit(m, k);
+        if (FRAME[k].every > 0 && steps % FRAME[k].every == 0 && transmit(m, k) != 0)
+            return said(m, 1, "CAN frame %s is lost: the buffer is full", FRAME[k].name);
     if (steps <= before) return 0;
     return said(m, 1, "Tx_Clock was not active at %.9g s: frames are lost", before * STEP);
 }

@@ -197,7 +197,7 @@ def test_commands_in_frames_act_as_those_at_inputs(
     other.slave.freeInstance()
 
 
-def test_the_bit_rate_is_told_once(
+def test_the_bit_rate_is_sent_once(
     headers: Path, model: FmuModel, tmp_path: Path, database: Database
 ) -> None:
     bus = replace(read_bus(OWN, model.motorcycle).bus, bitrate=500_000)
@@ -238,10 +238,17 @@ def test_other_frames_and_operations_are_ignored(node: Node, database: Database)
 @pytest.mark.parametrize("rest", [b"\x10", operation(TRANSMIT, b"\0" * 8)[:-1], b"\x10" + bytes(7)])
 def test_what_cannot_be_read_is_sent_back(node: Node, database: Database, rest: bytes) -> None:
     sent = node.event(command(database, 0.3) + rest)
-    told = [a for code, a in operations(sent) if code == FORMAT_ERROR]
-    assert told == [struct.pack("<H", len(rest)) + rest]
+    errors = [a for code, a in operations(sent) if code == FORMAT_ERROR]
+    assert errors == [struct.pack("<H", len(rest)) + rest]
     assert node.get("throttle_command") == pytest.approx(0.3)
     assert "cannot be read" in node.said[0]
+
+
+def test_frames_that_errors_leave_no_room_for_are_said(node: Node) -> None:
+    """The errors wait for the next tick, and one of them nearly fills the buffer."""
+    node.event(b"\x10" + bytes(4100), send=False)
+    node.event()
+    assert "is lost: the buffer is full" in node.said[-1]
 
 
 def test_a_value_beyond_its_range_stops_it_by_name(node: Node, database: Database) -> None:

@@ -1,7 +1,6 @@
 """tables.h of a wrapper: signals, effects and start values for the C sources."""
 
 import json
-import math
 import platform
 from collections.abc import Iterable, Sequence
 from itertools import starmap
@@ -24,6 +23,7 @@ from slipbench.identification.mismatch.systems.board import (
 )
 from slipbench.identification.mismatch.systems.run import MOST_RING
 from slipbench.plant.errors import PlantError
+from slipbench.plant.fmu.c_text import c_number
 from slipbench.plant.fmu.library import SUFFIXES
 from slipbench.protocol.errors import InputError
 
@@ -158,7 +158,7 @@ def _delays(sides: Sides) -> Iterable[float]:
 
 
 def _size(reference: int, one: EffectSize) -> str:
-    numbers = ", ".join(map(_number, (one.value, *one.bounds)))
+    numbers = ", ".join(map(c_number, (one.value, *one.bounds)))
     return f"{{{reference}, {one.side}, {one.index}, {numbers}, {_text(one.name)}}}"
 
 
@@ -169,13 +169,7 @@ def _ports(ports: Sequence[Port]) -> str:
 
 def _row(values: Iterable[float]) -> str:
     """Return numbers separated by commas; "0" where empty, since C has no empty arrays."""
-    return ", ".join(map(_number, values)) or "0"
-
-
-def _number(value: float) -> str:
-    if isinstance(value, int) or math.isfinite(value):
-        return repr(value)
-    return "INFINITY" if value > 0.0 else "-INFINITY"
+    return ", ".join(map(c_number, values)) or "0"
 
 
 def _text(value: str) -> str:
