@@ -21,6 +21,12 @@ from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 SETTLED = 0.5  # nats; gain required for another step
+UNFINISHED = 0.05
+"""Share of the gain of a stage below which a step is left to the next stage.
+
+Each stage that gains much is followed by another one, with a refitted noise model or updated
+sensitivities; so the last one ends at SETTLED (inexact inner iterations: Dembo, Eisenstat and
+Steihaug, "Inexact Newton methods", SIAM Journal on Numerical Analysis 19 (1982))."""
 SHARES = (1.0, 0.4, 0.1)
 REACH = 2.0
 """Largest step of a system parameter, in prior deviations: the linearization holds no farther."""
@@ -30,8 +36,13 @@ STEPS_ALONG = 8
 
 
 def optimize(start: Fit) -> Fit:
-    """Fit to convergence: at the noise model of the start, then with the noise model refitted."""
-    return _iterated(renoised(at_fixed_noise(start)), STEPS_ALONG, refit_noise=True)
+    """Fit to convergence: at the noise model of the start, then with the noise model refitted.
+
+    Where the first part lowers the score, which counts the noise model, the second one begins at
+    the start.
+    """
+    best = max(start, renoised(at_fixed_noise(start)), key=lambda f: f.score)
+    return _iterated(best, STEPS_ALONG, refit_noise=True)
 
 
 def at_fixed_noise(start: Fit, steps: int = STEPS) -> Fit:
@@ -39,29 +50,31 @@ def at_fixed_noise(start: Fit, steps: int = STEPS) -> Fit:
     return _iterated(start, steps, refit_noise=False)
 
 
-def _iterated(fit: Fit, steps: int, refit_noise: bool) -> Fit:
-    damping_index = 0
+def _iterated(start: Fit, steps: int, refit_noise: bool) -> Fit:
+    fit, damping_index = start, 0
     for _ in range(steps):
-        new, damping_index = _step(fit, refit_noise, damping_index)
-        if new.score - fit.score < SETTLED:
+        worth = max(SETTLED, UNFINISHED * (fit.score - start.score))
+        new, damping_index = _step(fit, refit_noise, damping_index, worth)
+        if new.score - fit.score < worth:
             return new
         fit = new
     return fit
 
 
-def _step(fit: Fit, refit_noise: bool, damping_index: int) -> tuple[Fit, int]:
+def _step(fit: Fit, refit_noise: bool, damping_index: int, worth: float) -> tuple[Fit, int]:
     """Return the fit after the first full, shortened or damped step that improves it, else `fit`.
 
     If a step improves one subsystem and worsens another, only its components of the first are
     taken. damping_index: index of the last successful step; the search begins one step before it.
+    worth: predicted gain below which a step is not tried, nats.
     """
     slopes = Slopes.of(fit, refit_noise)
     full = _full_step(fit, slopes)
-    if float(slopes.slope @ full) < 2 * SETTLED:
+    if slopes.gain(full) < worth:
         return fit, damping_index
     first = max(damping_index - 1, 0)
     for i, step in enumerate(islice(_steps(fit, full, slopes), first, None), start=first):
-        new = _better(fit, step, refit_noise)
+        new = _better(fit, step, refit_noise) if slopes.gain(step) >= worth else None
         if new is not None:
             return new, i
     return fit, damping_index

@@ -52,6 +52,10 @@ class Slopes:
         projected = self.columns.T @ self.columns - self.inside.T @ self.inside
         return np.asarray(projected + np.diag(self.precision))
 
+    def gain(self, step: Floats) -> float:
+        """Return the gain of the score that the linearization predicts for a step, (p,), nats."""
+        return float(self.slope @ step - 0.5 * step @ self.normal @ step)
+
 
 def in_noise(fit: Fit, columns: Floats) -> Floats:
     """Return the coordinates of columns in the noise model's orthonormal regressors, (k, p).

@@ -217,9 +217,12 @@ def moved(without: Fit, fit: Fit, i: int, relocated: Candidate) -> Fit | None:
 
 @last_results(8)
 def fitted_without(fit: Fit, i: int) -> Fit | None:
-    """Return the fit without one of its effects; None where it cannot be simulated."""
+    """Return the fit without one of its effects; None where it cannot be simulated.
+
+    It begins with the noise model of all effects, which attributes no error of the others to noise.
+    """
     others = (*fit.candidates[:i], *fit.candidates[i + 1 :])
-    return _none_if_not_runnable(lambda: map_fit(with_effects(fit, others)))
+    return _none_if_not_runnable(lambda: from_another_start(with_effects(fit, others)))
 
 
 def _none_if_not_runnable(fit: Callable[[], Fit]) -> Fit | None:

@@ -62,11 +62,13 @@ def first_effects(
     Calibration can remove a motion on which the missing effect depends: a time constant of 0.5 s
     went to 20 s, and without the changes of direction a direction-blind counter had no response. So
     parameters far from the file are fixed at its values. If the noise model may have kept
-    parameters near their start, the uncalibrated start is used as well. required: gain required of
-    both effects together, nats.
+    parameters near their start, they are fitted by plain least squares from the values of the file,
+    and where that gains anything, from the calibrated ones as well. required: gain required of both
+    effects together, nats.
     """
     base = named.base.coarse
-    start = _start(base, named, library)
+    enough = base.score + max(REQUIRED_GAIN, SHARE * required)
+    start = _start(base, named, library, enough)
     best_score = max((s.log_likelihood_gain for s in start.scores), default=0.0)
     threshold = max(start.required / PROMISED, SHARE * best_score)
     promising = [
@@ -77,7 +79,6 @@ def first_effects(
     for score in first:
         say(f"Look-ahead from {score.candidate.name.replace('_', ' ')}")
     fits = in_threads(start.fit_alone, first)
-    enough = base.score + max(REQUIRED_GAIN, SHARE * required)
     return [f for f in fits if f is not None and f.score > enough]
 
 
@@ -91,18 +92,25 @@ class _Start:
     fit_alone: Way
 
 
-def _start(fit: Fit, named: Named, library: Sequence[type[Effect]]) -> _Start:
+def _start(fit: Fit, named: Named, library: Sequence[type[Effect]], enough: float) -> _Start:
+    """Return the start of first effects. fit: of none; enough: score required of one of them."""
     if hidden_by_noise(fit):
-        starts = [fit]
+        start = fit
         with suppress(PlantError):
-            starts = [start_fit(fit.model, fit.model.origin()), fit]
+            start = start_fit(fit.model, fit.model.origin())
+        method = partial(least_squares_start, rival=enough)
+
+        def from_both(score: Score) -> Fit | None:
+            first = _best(partial(_fitted, method, start, score.candidate))
+            if first is None or first.score < fit.score:
+                return first
+            return _best(lambda: first, partial(_fitted, method, fit, score.candidate))
+
         return _Start(
-            starts[0],
-            screen(Linearization.of(starts[0]), library, named.first).scores,
+            start,
+            screen(Linearization.of(start), library, named.first).scores,
             REQUIRED_GAIN,
-            lambda s: _best(
-                *(partial(_fitted, least_squares_start, start, s.candidate) for start in starts)
-            ),
+            from_both,
         )
     replaced = replacement(fit, tuple(library), named.first) if far_from_prior(fit) else None
     if replaced is not None:
@@ -120,12 +128,13 @@ def pairs(
     named: Named, singles: Sequence[Fit], library: Sequence[type[Effect]], required: float
 ) -> list[Fit]:
     """Fit the most promising second effects beside each first one. required: score of a pair."""
-    methods = (optimize, least_squares_start) if hidden_by_noise(named.base) else (optimize,)
+    base = named.base
+    least = base.score + NEAR * (required - base.score)
+    plain = partial(least_squares_start, rival=least)
+    methods = (optimize, plain) if hidden_by_noise(base) else (optimize,)
     several = in_threads(
         lambda single: list(_pairs(named, single, library, required, methods)), singles
     )
-    base = named.base
-    least = base.score + NEAR * (required - base.score)
     near = [pair for found in several for pair in found if pair.score > least]
     return [pair for pair in near_ones_refined(base, near) if pair.score > required]
 

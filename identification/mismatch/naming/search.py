@@ -93,12 +93,13 @@ class Search:
         required = max(
             [named.fit.score + required_gain, *(f.score + REQUIRED_GAIN for f in singles)]
         )
-        without_effects = replace(named, fit=named.base, competing={}, doubts={}, found_in={})
-        step = self._step(
-            without_effects, [*singles, *pairs(named, singles, self.library, required)]
-        )
+        fits = [*singles, *pairs(named, singles, self.library, required)]
         enough = named.fit.score + REQUIRED_GAIN
-        if set(step.names) <= set(named.names) and step.fit.score <= enough:
+        if all(f.score <= enough and _subset(f, named) for f in _leading(fits)):
+            return named
+        without_effects = replace(named, fit=named.base, competing={}, doubts={}, found_in={})
+        step = self._step(without_effects, fits, rejected=[])
+        if _subset(step.fit, named) and step.fit.score <= enough:
             return replace(named, vetoes=step.vetoes)  # the step leads to the same effects
         refined = self._refined(self._forward(step))
         if refined.names and refined.fit.score > enough:
@@ -131,32 +132,41 @@ class Search:
                 named = replace(named, screenings=named.screenings + 1)
             screened = self._screened(named, named.fit) if named.names else named.scores
             fits = promising_fits(rough, screened, self.say)
-            step = self._step(named, fits)
+            rejected: list[Fit] = []
+            step = self._step(named, fits, rejected)
             if step.names == named.names or not named.names:
-                named, fits, step = self._beside_the_file(named, fits, step)
+                named, fits, step = self._beside_the_file(named, fits, step, rejected)
             if step.names == named.names and (others := others_refined(rough, _simulated(fits))):
-                step = self._step(named, [*fits, *others])
+                step = self._step(named, [*fits, *others], rejected)
             if len(step.names) == len(named.names):
                 return step
             named = step
         return named
 
-    def _step(self, named: Named, fits: Sequence[Fit]) -> Named:
-        """Accept the first candidate fit that passes, the most plausible of ties first."""
+    def _step(self, named: Named, fits: Sequence[Fit], rejected: list[Fit]) -> Named:
+        """Accept the first candidate fit that passes, the most plausible of ties first.
+
+        rejected: fits that did not pass with fine steps or on held-out recordings, beside the same
+        accepted effects; they are not tried again, and receive those of this step.
+        """
         rough, rule = named.fit.coarse, self._rule(named)
         by_rank = by_score(fits)
         accepts = cache(partial(rule.accepts, rough))
-        passed = filter(accepts, by_rank)
+        untried = (f for f in by_rank if not any(_same_finding(r, f) for r in rejected))
+        passed = filter(accepts, untried)
         vetoes, p = list(named.vetoes), named.p
         for new in islice(
-            plausible_first(passed, len(rough.candidates), INDISTINGUISHABLE), CHANCES
+            plausible_first(passed, len(rough.candidates), INDISTINGUISHABLE),
+            CHANCES - len(rejected),
         ):
             finer = _finer(named, new, filter(accepts, _ties(new, by_rank)))
             if not rule.accepts(named.fit, finer):
+                rejected.append(new)
                 continue
             contradiction = rule.veto(named.fit, finer)
             if contradiction is None:
                 return self._with(replace(named, vetoes=tuple(vetoes)), new, finer, by_rank)
+            rejected.append(new)
             vetoes.append(contradiction)
             p = min(p, CONTRADICTED * min(rule.ps(finer)))
         if not any(map(accepts, by_rank)):
@@ -241,24 +251,23 @@ class Search:
         return screen(Linearization.of(fit), self.library, named.first).scores
 
     def _beside_the_file(
-        self, named: Named, fits: list[Fit], step: Named
+        self, named: Named, fits: list[Fit], step: Named, rejected: list[Fit]
     ) -> tuple[Named, list[Fit], Named]:
         """Return state, fits and step with effects fitted from the file, if these are as good.
 
         Only where parameters are far from it after that step. fits: promising ones; step: what
-        follows from them alone.
+        follows from them alone; rejected: see `_step`.
         """
         if not far_from_prior(step.fit):
             return named, fits, step
-        required = step.fit.score - INDISTINGUISHABLE if step.names != named.names else -math.inf
-        from_file = fits_from_the_file(
-            named.fit.coarse, self.library, self.say, named.first, required
-        )
-        if all(f.score < required for f in from_file):
+        rough, found = named.fit.coarse, step.names != named.names
+        required = step.fit.score - INDISTINGUISHABLE if found else rough.score + REQUIRED_GAIN
+        from_file = fits_from_the_file(rough, self.library, self.say, named.first, required)
+        if all(f.score < required or _same_finding(step.fit, f) for f in from_file):
             return named, fits, step
         named = replace(named, screenings=named.screenings + 1)
         fits = [*fits, *from_file]
-        return named, fits, self._step(named, fits)
+        return named, fits, self._step(named, fits, rejected)
 
     def _rule(self, named: Named) -> Acceptance:
         return Acceptance(named.first.tests, self.held_out, named.screenings, named.found_in)
@@ -288,6 +297,23 @@ def _ties(new: Fit, fits: Iterable[Fit]) -> list[Fit]:
         for f in fits
         if abs(f.score - new.score) < INDISTINGUISHABLE and {c.name for c in f.candidates} == names
     ]
+
+
+def _subset(fit: Fit, named: Named) -> bool:
+    """Return whether all effects of a fit are accepted ones."""
+    return {c.name for c in fit.candidates} <= set(named.names)
+
+
+def _leading(fits: Sequence[Fit]) -> list[Fit]:
+    """Return the best fit, and those that are indistinguishable from it."""
+    best = max((f.score for f in fits), default=0.0)
+    return [f for f in fits if f.score > best - INDISTINGUISHABLE]
+
+
+def _same_finding(known: Fit, new: Fit) -> bool:
+    """Return whether a fit has the same effects as a known one, and is not clearly better."""
+    same = {c.name for c in known.candidates} == {c.name for c in new.candidates}
+    return same and new.score < known.score + INDISTINGUISHABLE
 
 
 def _different(fits: Sequence[Fit]) -> list[Fit]:
