@@ -14,13 +14,17 @@ from slipbench.identification.mismatch.fit.calibrate import (
     calibrate,
     start_fit,
 )
-from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
 from slipbench.identification.mismatch.fit.held_out import contradicted
-from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
+from slipbench.identification.mismatch.fit.least_squares_start import (
+    least_squares_start,
+    other_minimum,
+)
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import after_step, optimize
 from slipbench.identification.mismatch.fit.refit import WORTH_AGAIN, relinearized
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of
+from slipbench.identification.mismatch.fit.slopes import Slopes
 from slipbench.identification.mismatch.fit.stack import Nuisances, bounded
 from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.fits import (
@@ -207,6 +211,34 @@ def test_an_effect_is_found_although_calibration_has_made_up_for_it(seed):
 
 def nats_from_here(base: Fit, kind) -> float:
     return optimize(with_effects(base, (kind,))).score - base.score
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_part_of_an_optimization_lowers_the_score(seed):
+    """At the noise model of the start a fit may lead away from the best one with its own noise."""
+    base = calibrated_without(seed, 0.6)
+    shift = 0.5 * np.random.default_rng(seed).standard_normal(coordinates_of(base.point).size)
+    for start in (base, after_step(base, shift, np.zeros(0))):
+        assert start is not None
+        assert optimize(renoised(start)).score >= renoised(start).score
+
+
+@pytest.mark.parametrize("refit_noise", [False, True])
+def test_the_predicted_gain_is_largest_for_the_full_step(refit_noise):
+    base = calibrated_without(1, 0.6)
+    slopes = Slopes.of(base, refit_noise)
+    full = np.linalg.solve(slopes.normal, slopes.slope)
+    assert slopes.gain(full) == pytest.approx(0.5 * slopes.slope @ full)
+    assert slopes.gain(np.zeros_like(full)) == 0.0
+    for share in (0.4, 0.9, 1.1, 2.0):
+        assert slopes.gain(share * full) < slopes.gain(full)
+
+
+def test_plain_least_squares_in_the_same_minimum_returns_the_known_fit():
+    base = calibrated_without(1, 0.6)
+    assert other_minimum(base, base) is base
+    uncalibrated = start_fit(base.model, base.model.origin())
+    assert other_minimum(uncalibrated, uncalibrated).score > uncalibrated.score
 
 
 def test_a_start_from_the_file_keeps_what_the_file_does_not_tell():

@@ -102,7 +102,7 @@ class Kind:
     name: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stand:
     """A fit of some of the effects. worth: nats; certain: significance by set."""
 
@@ -114,6 +114,10 @@ class Stand:
     def candidates(self):
         return tuple(map(Kind, self.names))
 
+    @property
+    def coarse(self):
+        return self
+
     effects = ()
 
     @property
@@ -122,6 +126,60 @@ class Stand:
 
     def without(self, i):
         return Stand((*self.names[:i], *self.names[i + 1 :]), self.worth, self.certain)
+
+
+class StatedVeto(Acceptance):
+    """Acceptance in which held-out recordings contradict the stated effects."""
+
+    def __init__(self, contradicts: str) -> None:
+        super().__init__(1, None)
+        vars(self).update(contradicts=contradicts, asked=[])
+
+    def accepts(self, before, after):
+        return after.score - before.score >= REQUIRED_GAIN
+
+    def ps(self, fit):
+        return [1e-9]
+
+    def veto(self, before, after):
+        name = after.names[-1]
+        self.asked.append(name)
+        return Veto(name, -9.0, 5.0) if name in self.contradicts else None
+
+
+def step(monkeypatch, contradicts, fits, rejected):
+    """Return the names after a step, and the effects that were tested on held-out recordings."""
+    rule = StatedVeto(contradicts)
+    monkeypatch.setattr(Search, "_rule", lambda *_: rule)
+    monkeypatch.setattr(search, "_finer", lambda named, new, same: new)
+    monkeypatch.setattr(search, "plausible_first", lambda fits, shared, margin: fits)
+    base = Stand((), {(): 0.0}, {})
+    found = Search(())._step(Named(base, base, Screening([], 1)), fits, rejected)
+    return found.names, rule.asked
+
+
+def one(name: str, gain: float) -> Stand:
+    return Stand((name,), {(name,): gain}, {})
+
+
+def test_a_contradicted_effect_is_tested_once_per_round(monkeypatch) -> None:
+    rejected: list[Stand] = []
+    first, second = one("a", 50.0), one("b", 40.0)
+    assert step(monkeypatch, "ab", [first, second], rejected) == ([], ["a", "b"])
+    again = [one("a", 52.0), first, second, one("c", 30.0)]
+    assert step(monkeypatch, "ab", again, rejected) == (["c"], ["c"])
+
+
+def test_a_clearly_better_fit_of_it_is_tested_again(monkeypatch) -> None:
+    rejected = [one("a", 50.0)]
+    assert step(monkeypatch, "", [one("a", 80.0)], rejected) == (["a"], ["a"])
+
+
+def test_at_most_three_are_tested_per_round(monkeypatch) -> None:
+    rejected: list[Stand] = []
+    five = [one(name, 90.0 - i) for i, name in enumerate("abcde")]
+    assert step(monkeypatch, "abcde", five, rejected) == ([], ["a", "b", "c"])
+    assert step(monkeypatch, "", five, rejected) == ([], [])
 
 
 def test_competing_effects_are_listed_the_closest_first_each_at_its_best() -> None:
