@@ -1,4 +1,4 @@
-"""A quantity as a user writes it: a number, a space, a unit; with hard bounds and their reason."""
+"""A quantity as a user writes it: a number and a unit; with hard bounds and their reason."""
 
 import math
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from pydantic import GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
 from slipbench.protocol.unit_spellings import spelled
-from slipbench.protocol.units import linear
+from slipbench.protocol.units import linear, number_and_unit
 
 # The units that each quantity may be written in, by its SI unit. The list is closed: a unit library
 # takes a degree for 0.017 of a ratio and a revolution per minute for 0.1 Hz.
@@ -67,12 +67,11 @@ def read_quantity(text: str, kind: str) -> Quantity:
     Raises ValueError where the number is not finite, or the unit is missing or is not of that kind.
     """
     units = UNITS[kind]
-    number, _, unit = text.strip().partition(" ")
-    unit = unit.strip()
+    number, unit = number_and_unit(text)
     known = unit if unit in units else spelled(unit)
     if known not in units:
         what = f"the unit {unit!r} is not one for this quantity" if unit else "the unit is missing"
-        raise ValueError(f"{what}; write a number, a space and one of: {', '.join(units)}")
+        raise ValueError(f"{what}; write a number and one of: {', '.join(units)}")
     try:
         magnitude = float(number)
     except ValueError:

@@ -32,6 +32,7 @@ BASE_UNITS = {
 
 # pint calculates what it is given: "9**9**9 m" would keep it for hours and fill the memory.
 _PLAIN = re.compile(r"[\w\s/*^().%°·µΩ²³-]{0,60}")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?=\s|$|[^\W\d_]|[%°])")
 _POWER = re.compile(r"(?<=[\w°Ω])\s*(?:\*\*|\^)\s*-?\d(?:\.5)?(?![\w.]|\s*(?:\*\*|\^))")
 # What pint, and the Python tokenizer inside it, raise for text that is no unit.
 _NO_UNIT = (
@@ -136,6 +137,15 @@ def _check_plain(unit: str) -> None:
         raise ValueError(f"{unit[:60]!r} is no unit")
 
 
+def number_and_unit(text: str) -> tuple[str, str]:
+    """Split a text such as ``"14000 rpm"`` or ``"900m"``; the space may be missing."""
+    text = text.strip()
+    if found := _NUMBER.match(text):
+        return found.group(), text[found.end() :].strip()
+    number, _, unit = text.partition(" ")
+    return number, unit.strip()
+
+
 def parse_quantity(text: str | float | int, to: str) -> float:
     """Value of a text such as ``"14000 rpm"`` in the unit `to`; a number without unit is in `to`.
 
@@ -143,14 +153,14 @@ def parse_quantity(text: str | float | int, to: str) -> float:
     """
     if isinstance(text, (int, float)):
         return float(text)
-    number, _, unit = text.strip().partition(" ")
+    number, unit = number_and_unit(text)
     try:
         magnitude = float(number)
-        slope, offset = linear(unit.strip(), to)
+        slope, offset = linear(unit, to)
     except ValueError as cause:
         raise InputError(
             f"{readable(repr(text), 80)} is not a quantity",
-            expected=f"a number, a space and a unit that converts to {to or 'a pure number'}",
+            expected=f"a number and a unit that converts to {to or 'a pure number'}",
             found=str(cause),
             remedy='write it as in "14000 rpm", "4 %" or "20 ms"',
         ) from cause

@@ -1,7 +1,6 @@
 """Gear and speed at which a trial fits into a straight."""
 
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -62,7 +61,7 @@ def fittings(vehicle: Path, straight: float) -> list[Fitting]:
 def length_of(text: str) -> float:
     """Length of a straight, m, from text such as "900m". Raises InputError where it is none."""
     try:
-        length = read_quantity(re.sub(r"(?<=\d)(?=[A-Za-z])", " ", text, count=1), "m")
+        length = read_quantity(text, "m")
     except ValueError as cause:
         raise InputError(str(cause), where="--straight", found=text) from cause
     if FEWEST_METRES <= length <= MOST_METRES:

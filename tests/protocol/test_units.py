@@ -1,9 +1,11 @@
 """Laws of units: spellings that engineers use mean what they mean to engineers, in products as well."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from slipbench.plant.units import to_si
-from slipbench.protocol.units import converts, is_unit, linear, powers_of, to_base
+from slipbench.protocol.units import converts, is_unit, linear, number_and_unit, powers_of, to_base
 
 SPELLINGS = {
     "N m": "Nm N·m N.m N*m",
@@ -56,3 +58,17 @@ def test_what_is_ambiguous_or_no_unit_is_refused(text):
 def test_vehicle_files_take_newton_metres_as_engineers_write_them():
     assert to_si(3.0, "Nm/rad", "N m/rad") == pytest.approx(3.0)
     assert to_si(3.0, "rad/Nm", "rad/(N m)") == pytest.approx(3.0)
+
+
+@given(
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.sampled_from(["ms", "rpm", "%", "µs", "°C"]),
+)
+def test_the_space_before_a_unit_may_be_missing(value, unit):
+    assert number_and_unit(f"{value!r}{unit}") == (repr(value), unit)
+    assert number_and_unit(f" {value!r} {unit} ") == (repr(value), unit)
+
+
+@pytest.mark.parametrize("text", ["12,5 rpm", "1.2.3 m", "m 3", "1_000 m"])
+def test_what_is_no_number_is_kept_whole_for_the_message(text):
+    assert number_and_unit(text)[0] == text.split()[0]
