@@ -30,9 +30,9 @@ an acceleration limit of 250 1/s^2 was fitted 450 nats worse, and named a voltag
 """
 
 
-def steps_per_row(subsystem: str, finer: int) -> int:
+def steps_per_row(subsystem: str, finer: int, servo_steps: int = SERVO_STEPS) -> int:
     """Return the integration steps per row of a subsystem. finer: of the motion."""
-    return SERVO_STEPS if subsystem == "servo" else finer
+    return servo_steps if subsystem == "servo" else finer
 
 
 def simulate(
@@ -87,14 +87,16 @@ def ready(
     added: Mapping[str, Floats],
     finer: int = FINER,
     servo_only: bool = False,
+    servo_steps: int = SERVO_STEPS,
 ) -> tuple[Simulation, Floats, Inputs]:
     """Return the simulation, its initial state and its inputs; they must not be modified.
 
     The initial state is that of `Simulation.state`, shape (size,). q, added: as for `simulate`;
-    finer: integration steps per row, of the motion.
+    finer: integration steps per row, of the motion; servo_steps: of the throttle servo alone.
     """
     step = record.grid.step
-    simulation = _simulation(bike, step, steps_per_row(subsystem, finer), servo_only)
+    steps = steps_per_row(subsystem, finer, servo_steps)
+    simulation = _simulation(bike, step, steps, servo_only)
     warm_up = round(LEAD_IN / step)
     speed = true_speed(record, bike, warm_up + SMOOTH)
     table = _table(bike, record, partition, subsystem, q, smoothed(speed)[:warm_up])

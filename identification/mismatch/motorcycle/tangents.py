@@ -21,6 +21,8 @@ from slipbench.plant.motorcycle import Motorcycle
 from slipbench.plant.sensitivities import sensitivities
 from slipbench.plant.signals import Floats, Inputs
 
+SERVO_STEPS = 1
+"""Integration steps per row of the throttle servo; its derivatives hardly depend on them."""
 SHARE = 1e-6
 """Finite-difference step for the initial state, as a share of the parameter."""
 ROLLING = ("front_wheel", "rear_wheel", "gears")
@@ -46,7 +48,7 @@ def derivatives(
     shape (rows, directions).
     """
     simulation, state, inputs = ready(
-        bike, record, partition, subsystem, q, added, finer, servo_only=subsystem == "servo"
+        bike, record, partition, subsystem, q, added, finer, subsystem == "servo", SERVO_STEPS
     )
     parameters = [i for i in numbers if not known[i].of_clock]
     slow = 0 if subsystem == "servo" else q.size
