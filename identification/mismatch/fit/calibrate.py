@@ -11,7 +11,7 @@ from slipbench.identification.mismatch.fit.least_squares_start import (
     least_squares_start,
     other_minimum,
 )
-from slipbench.identification.mismatch.fit.optimize import optimize_roughly
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.refit import ROUGHLY, refit_with_updated_jacobian
 from slipbench.identification.mismatch.fit.sensitivity import sensitivities
 from slipbench.identification.mismatch.fit.stack import residuals, whiten_and_stack, whiteners
@@ -39,7 +39,7 @@ def calibrate(model: Model, start: Point) -> Fit:
     last refit uses fine simulation steps.
     """
     uncalibrated = start_fit(model.coarse, start)
-    fit = refit_with_updated_jacobian(optimize_roughly(uncalibrated), ROUGHLY)
+    fit = refit_with_updated_jacobian(optimize(uncalibrated), ROUGHLY)
     if far_from_prior(fit) or hidden_by_noise(fit):
         score = fit.score
         fit = _better_of(lambda: least_squares_start(from_its_beginning(uncalibrated), score), fit)
@@ -48,12 +48,12 @@ def calibrate(model: Model, start: Point) -> Fit:
 
 def map_fit(start: Fit) -> Fit:
     """Return the MAP fit reached from a start."""
-    return refined(optimize_roughly(start))
+    return refined(optimize(start))
 
 
 def from_another_start(start: Fit) -> Fit:
     """Return the fit reached from a start that is an alternative to others; no further one."""
-    return refit_with_updated_jacobian(optimize_roughly(start), ROUGHLY)
+    return refit_with_updated_jacobian(optimize(start), ROUGHLY)
 
 
 def refined(fit: Fit) -> Fit:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised
-from slipbench.identification.mismatch.fit.optimize import ROUGHLY_SETTLED, at_fixed_noise
+from slipbench.identification.mismatch.fit.optimize import at_fixed_noise
 from slipbench.identification.mismatch.fit.refit import (
     ROUGHLY,
     refit_with_updated_jacobian,
@@ -78,7 +78,7 @@ def _least_squares(fit: Fit, rounds: int, negligible: Sequence[Floats]) -> Fit:
         noise = [
             even(np.maximum(scale_of(r), s)) for r, s in zip(fit.residuals, negligible, strict=True)
         ]
-        fit = at_fixed_noise(relinearized(replace(fit, noise=noise)), settled=ROUGHLY_SETTLED)
+        fit = at_fixed_noise(relinearized(replace(fit, noise=noise)))
         previous, error = error, _mean_square(fit.residuals)
         if error > (1.0 - BETTER) * previous:
             break

@@ -20,10 +20,7 @@ from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
-SETTLED = 0.5
-"""Gain required for another step of a final fit, nats."""
-ROUGHLY_SETTLED = 2.0
-"""The same where fits are compared with each other and the best is fitted again, nats."""
+SETTLED = 0.5  # nats; gain required for another step
 UNFINISHED = 0.05
 """Share of the gain of a stage below which a step is left to the next stage.
 
@@ -38,30 +35,25 @@ STEPS = 5  # at a fixed noise model
 STEPS_ALONG = 8
 
 
-def optimize(start: Fit, settled: float = SETTLED) -> Fit:
+def optimize(start: Fit) -> Fit:
     """Fit to convergence: at the noise model of the start, then with the noise model refitted.
 
     Where the first part lowers the score, which counts the noise model, the second one begins at
-    the start. settled: gain required for another step, nats.
+    the start.
     """
-    best = max(start, renoised(at_fixed_noise(start, settled=settled)), key=lambda f: f.score)
-    return _iterated(best, STEPS_ALONG, settled, refit_noise=True)
+    best = max(start, renoised(at_fixed_noise(start)), key=lambda f: f.score)
+    return _iterated(best, STEPS_ALONG, refit_noise=True)
 
 
-def optimize_roughly(start: Fit) -> Fit:
-    """Fit as `optimize` does, to be compared with other fits or fitted again."""
-    return optimize(start, ROUGHLY_SETTLED)
+def at_fixed_noise(start: Fit, steps: int = STEPS) -> Fit:
+    """Fit at the noise model and the sensitivities of the start."""
+    return _iterated(start, steps, refit_noise=False)
 
 
-def at_fixed_noise(start: Fit, steps: int = STEPS, settled: float = SETTLED) -> Fit:
-    """Fit at the noise model and the sensitivities of the start. settled: see `optimize`."""
-    return _iterated(start, steps, settled, refit_noise=False)
-
-
-def _iterated(start: Fit, steps: int, settled: float, refit_noise: bool) -> Fit:
+def _iterated(start: Fit, steps: int, refit_noise: bool) -> Fit:
     fit, damping_index = start, 0
     for _ in range(steps):
-        worth = max(settled, UNFINISHED * (fit.score - start.score))
+        worth = max(SETTLED, UNFINISHED * (fit.score - start.score))
         new, damping_index = _step(fit, refit_noise, damping_index, worth)
         if new.score - fit.score < worth:
             return new

@@ -10,13 +10,7 @@ from slipbench.identification.mismatch.fit.fitting import (
     renoised,
     with_effect_slopes_of,
 )
-from slipbench.identification.mismatch.fit.optimize import (
-    ROUGHLY_SETTLED,
-    SETTLED,
-    after_step,
-    limits_of,
-    optimize,
-)
+from slipbench.identification.mismatch.fit.optimize import after_step, limits_of, optimize
 from slipbench.identification.mismatch.fit.resolution import strengths_of
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
 from slipbench.plant.signals import Floats
@@ -41,9 +35,8 @@ def refit_with_updated_jacobian(
     reach it. The first round does not count: it leaves the start, and gains most.
     """
     fit = relinearized(fit)
-    settled = SETTLED if worth < ROUGHLY else ROUGHLY_SETTLED
     for bend in range(BENDS):
-        new = farther_along(fit, optimize(fit, settled))
+        new = farther_along(fit, optimize(fit))
         gain = new.score - fit.score
         if gain < worth or (bend > 0 and new.score + gain < rival):
             return max(new, fit, key=lambda f: f.score)

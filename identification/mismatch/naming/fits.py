@@ -14,7 +14,7 @@ from slipbench.identification.mismatch.fit.calibrate import (
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
-from slipbench.identification.mismatch.fit.optimize import optimize_roughly
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.sizing import limits, trial_sizes
 from slipbench.identification.mismatch.naming.replacement import replacement
 from slipbench.identification.mismatch.naming.score import Score, Screening
@@ -188,9 +188,7 @@ def _better(one: Fit | None, other: Fit | None) -> Fit | None:
 
 def roughly(fit: Fit, *new: Candidate) -> Fit | None:
     """Return the fit with more effects and the given sensitivities; None where it cannot run."""
-    return _none_if_not_runnable(
-        lambda: optimize_roughly(with_effects(fit, (*fit.candidates, *new)))
-    )
+    return _none_if_not_runnable(lambda: optimize(with_effects(fit, (*fit.candidates, *new))))
 
 
 def fitted(fit: Fit, *new: Candidate) -> Fit | None:
@@ -210,7 +208,7 @@ def moved(without: Fit, fit: Fit, i: int, relocated: Candidate) -> Fit | None:
     without: the fit without that effect.
     """
     others = (*fit.candidates[:i], *fit.candidates[i + 1 :])
-    rough = _none_if_not_runnable(lambda: optimize_roughly(with_effects(fit, (*others, relocated))))
+    rough = _none_if_not_runnable(lambda: optimize(with_effects(fit, (*others, relocated))))
     if rough is None or rough.score < without.score + NEAR * (fit.score - without.score):
         return None
     new = _refined(rough)

@@ -19,7 +19,7 @@ from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
 from slipbench.identification.mismatch.fit.linearization import Linearization
-from slipbench.identification.mismatch.fit.optimize import optimize_roughly
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.naming.candidates import place_on_the_road
 from slipbench.identification.mismatch.naming.fits import NEAR, near_ones_refined
 from slipbench.identification.mismatch.naming.named import Named
@@ -120,7 +120,7 @@ def _start(fit: Fit, named: Named, library: Sequence[type[Effect]], enough: floa
         fit,
         named.scores,
         REQUIRED_GAIN,
-        lambda s: _best(partial(_fitted, optimize_roughly, fit, s.candidate)),
+        lambda s: _best(partial(_fitted, optimize, fit, s.candidate)),
     )
 
 
@@ -131,7 +131,7 @@ def pairs(
     base = named.base
     least = base.score + NEAR * (required - base.score)
     plain = partial(least_squares_start, rival=least)
-    methods = (optimize_roughly, plain) if hidden_by_noise(base) else (optimize_roughly,)
+    methods = (optimize, plain) if hidden_by_noise(base) else (optimize,)
     several = in_threads(
         lambda single: list(_pairs(named, single, library, required, methods)), singles
     )

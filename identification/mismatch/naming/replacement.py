@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
 from slipbench.identification.mismatch.fit.linearization import Linearization
-from slipbench.identification.mismatch.fit.optimize import optimize_roughly
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.refit import relinearized
 from slipbench.identification.mismatch.naming.score import Score, Screening, screen
 from slipbench.identification.mismatch.simulation.kept import last_results
@@ -56,11 +56,11 @@ class Replacement:
     def _beside(self, score: Score) -> Fit | None:
         """Fit beside the fixed parameters until the effect gains enough to replace them."""
         effects = (*self.fixed.candidates, score.as_large_as_scored())
-        beside = optimize_roughly(with_effects(self.fixed, effects))
+        beside = optimize(with_effects(self.fixed, effects))
         for _ in range(2):
             if beside.score > self.fixed.score + self.least:
                 return beside
-            beside = optimize_roughly(relinearized(beside))
+            beside = optimize(relinearized(beside))
         return None
 
     def _reach(self, beside: Fit) -> float:
