@@ -22,11 +22,12 @@ from slipbench.plant.signals import Floats
 
 SETTLED = 0.5  # nats; gain required for another step
 UNFINISHED = 0.05
-"""Share of the gain of a stage below which a step is left to the next stage.
+"""Share of the gain of an optimization with refitted noise below which a step is left to the next.
 
-Each stage that gains much is followed by another one, with a refitted noise model or updated
-sensitivities; so the last one ends at SETTLED (inexact inner iterations: Dembo, Eisenstat and
-Steihaug, "Inexact Newton methods", SIAM Journal on Numerical Analysis 19 (1982))."""
+Each one that gains much is followed by another, with updated sensitivities; so the last one ends at
+SETTLED (inexact inner iterations: Dembo, Eisenstat and Steihaug, "Inexact Newton methods", SIAM
+Journal on Numerical Analysis 19 (1982)). At a fixed noise model nothing is left: the refitted one
+might take it for noise."""
 SHARES = (1.0, 0.4, 0.1)
 REACH = 2.0
 """Largest step of a system parameter, in prior deviations: the linearization holds no farther."""
@@ -52,8 +53,9 @@ def at_fixed_noise(start: Fit, steps: int = STEPS) -> Fit:
 
 def _iterated(start: Fit, steps: int, refit_noise: bool) -> Fit:
     fit, damping_index = start, 0
+    share = UNFINISHED if refit_noise else 0.0
     for _ in range(steps):
-        worth = max(SETTLED, UNFINISHED * (fit.score - start.score))
+        worth = max(SETTLED, share * (fit.score - start.score))
         new, damping_index = _step(fit, refit_noise, damping_index, worth)
         if new.score - fit.score < worth:
             return new

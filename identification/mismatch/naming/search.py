@@ -137,7 +137,7 @@ class Search:
             if step.names == named.names or not named.names:
                 named, fits, step = self._beside_the_file(named, fits, step, rejected)
             if step.names == named.names and (others := others_refined(rough, _simulated(fits))):
-                step = self._step(named, [*fits, *others], rejected)
+                step = self._step(_with_tests_of(named, step), [*fits, *others], rejected)
             if len(step.names) == len(named.names):
                 return step
             named = step
@@ -267,7 +267,7 @@ class Search:
             return named, fits, step
         named = replace(named, screenings=named.screenings + 1)
         fits = [*fits, *from_file]
-        return named, fits, self._step(named, fits, rejected)
+        return named, fits, self._step(_with_tests_of(named, step), fits, rejected)
 
     def _rule(self, named: Named) -> Acceptance:
         return Acceptance(named.first.tests, self.held_out, named.screenings, named.found_in)
@@ -297,6 +297,11 @@ def _ties(new: Fit, fits: Iterable[Fit]) -> list[Fit]:
         for f in fits
         if abs(f.score - new.score) < INDISTINGUISHABLE and {c.name for c in f.candidates} == names
     ]
+
+
+def _with_tests_of(named: Named, step: Named) -> Named:
+    """Return the state before a step, with the vetoes and the p that the step gave."""
+    return replace(named, vetoes=step.vetoes, p=step.p)
 
 
 def _subset(fit: Fit, named: Named) -> bool:
