@@ -22,7 +22,8 @@ from slipbench.plant.sensitivities import sensitivities
 from slipbench.plant.signals import Floats, Inputs
 
 SERVO_STEPS = 1
-"""Integration steps per row of the throttle servo; its derivatives hardly depend on them."""
+"""Integration steps per row of the throttle servo: its derivatives differ by 0.5 to 1.9 % (root mean
+square) from those with four, and only direct the steps of a fit."""
 SHARE = 1e-6
 """Finite-difference step for the initial state, as a share of the parameter."""
 ROLLING = ("front_wheel", "rear_wheel", "gears")

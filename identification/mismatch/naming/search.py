@@ -291,12 +291,13 @@ def _finer(named: Named, new: Fit, same: Iterable[Fit]) -> Fit:
 
 def _ties(new: Fit, fits: Iterable[Fit]) -> list[Fit]:
     """Return the fits with the same effects and nearly the same score."""
-    names = {c.name for c in new.candidates}
     return [
-        f
-        for f in fits
-        if abs(f.score - new.score) < INDISTINGUISHABLE and {c.name for c in f.candidates} == names
+        f for f in fits if abs(f.score - new.score) < INDISTINGUISHABLE and _names(f) == _names(new)
     ]
+
+
+def _names(fit: Fit) -> set[str]:
+    return {c.name for c in fit.candidates}
 
 
 def _with_tests_of(named: Named, step: Named) -> Named:
@@ -306,7 +307,7 @@ def _with_tests_of(named: Named, step: Named) -> Named:
 
 def _subset(fit: Fit, named: Named) -> bool:
     """Return whether all effects of a fit are accepted ones."""
-    return {c.name for c in fit.candidates} <= set(named.names)
+    return _names(fit) <= set(named.names)
 
 
 def _leading(fits: Sequence[Fit]) -> list[Fit]:
@@ -317,8 +318,7 @@ def _leading(fits: Sequence[Fit]) -> list[Fit]:
 
 def _same_finding(known: Fit, new: Fit) -> bool:
     """Return whether a fit has the same effects as a known one, and is not clearly better."""
-    same = {c.name for c in known.candidates} == {c.name for c in new.candidates}
-    return same and new.score < known.score + INDISTINGUISHABLE
+    return _names(known) == _names(new) and new.score < known.score + INDISTINGUISHABLE
 
 
 def _different(fits: Sequence[Fit]) -> list[Fit]:

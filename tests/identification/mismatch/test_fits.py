@@ -133,15 +133,10 @@ def test_what_calibration_absorbs_is_followed_along_its_bend(seed):
 
 
 def test_sensitivities_of_where_a_fit_began_do_not_lead_it_to_its_end():
-    """Not on each motorcycle: some bends are slight."""
-    behind = []
-    for seed in (1, 2, 3):
-        base = grown(seed)
-        (score,) = screen(Linearization.of(base), [RadiusGrowth]).scores
-        once = optimize(with_effects(base, (score.candidate,)))
-        behind.append(fitted(base, score.candidate).score - once.score)
-    assert max(behind) > 20.0
-    assert min(behind) > -1.0
+    base = grown(1)
+    (score,) = screen(Linearization.of(base), [RadiusGrowth]).scores
+    once = optimize(with_effects(base, (score.candidate,)))
+    assert fitted(base, score.candidate).score > once.score + 20.0
 
 
 @pytest.mark.parametrize(
