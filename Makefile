@@ -80,12 +80,12 @@ test-paper: setup
 # Whole trials on a real kernel's CAN bus.
 .PHONY: vcan
 vcan: setup
-	$(IN)/python -m pytest -o addopts=-ra tests/socketcan/test_rides.py
+	$(IN)/python -m pytest -n $(WORKERS) --dist worksteal -o addopts=-ra tests/socketcan/test_rides.py
 
 # The device of examples/hil on a real kernel's CAN bus; on the simulated clock it is part of `make test`.
 .PHONY: hil
 hil: setup
-	$(IN)/python -m pytest -o addopts=-ra tests/hil/on_vcan.py
+	$(IN)/python -m pytest -n $(WORKERS) --dist worksteal -o addopts=-ra tests/hil/on_vcan.py
 
 paper: setup
 	$(IN)/slipbench paper --out paper --runs paper/runs --document docs/paper.md

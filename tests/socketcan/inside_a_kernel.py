@@ -5,7 +5,7 @@ from collections.abc import Callable
 from tests.socketcan import box
 from tests.socketcan.kernels import Kernel
 
-LIMIT = 40.0  # s of the kernel's own time
+LIMIT = 20.0  # s of the kernel's own time
 
 
 def passes_inside(

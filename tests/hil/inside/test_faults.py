@@ -1,106 +1,75 @@
 """Faults between bench and device, made by the kernel: a device behind a CAN gateway that fails.
 
-The device is on vcan1. The kernel's own gateway (cangw of can-utils) passes commands and controls to it,
+The device is on vcan1. The kernel's own gateway passes commands and controls to it,
 and its status back. Each fault begins during the excitation. The kernel cannot delay frames of a vcan
 (it hands them to local sockets past the queue): delays are tried on the simulated clock.
 """
 
-import shlex
-import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from slipbench.protocol.codec.messages import Authority
 from tests.bench.bus.wires import VCAN
+from tests.hil.inside import gateway
+from tests.hil.inside.gateway import Rule
 from tests.hil.inside.ride import LATENESS, WATCHDOG, ride
+from tests.socketcan.inside.interfaces import set_interface
 
 BEHIND = "vcan1"
-COMMANDS = ("-s", VCAN, "-d", BEHIND, "-f", "010:7FF")
-CONTROLS = ("-s", VCAN, "-d", BEHIND, "-f", "070:7FF")
-STATUS = ("-s", BEHIND, "-d", VCAN, "-f", "030:7FF")
+COMMANDS, CONTROLS = Rule(VCAN, BEHIND, 0x010), Rule(VCAN, BEHIND, 0x070)
+STATUS = Rule(BEHIND, VCAN, 0x030)
 AUTHORITY_LOST = "the throttle body grants NONE"
 SILENT = "ThrottleStatus: silent"
 
 
-def gateway(*rule: str) -> list[str]:
-    return ["cangw", *rule, "-e"]  # -e: frames of a socket on this machine as well
-
-
 @dataclass(frozen=True)
 class Fault:
-    """Commands that make the fault, and the trip that ends the trial."""
+    """What makes the fault, and the trip that ends the trial."""
 
     name: str
-    commands: tuple[list[str], ...]
+    make: Callable[[], None]
     trip: str
 
 
-NO_COMMANDS = gateway("-D", *COMMANDS)
+def commands_pass_no_longer(instead: Rule | None = None) -> None:
+    gateway.remove(COMMANDS)
+    if instead is not None:
+        gateway.add(instead)
+
+
+CORRUPT = Rule(VCAN, BEHIND, 0x010, flipped=bytes.fromhex("0000000400000000"))
+STUCK = Rule(VCAN, BEHIND, 0x010, replaced=bytes.fromhex("0011223344556677"))
 FAULTS = (
-    Fault("commands lost", (NO_COMMANDS,), AUTHORITY_LOST),
-    Fault(
-        "commands corrupt",
-        (NO_COMMANDS, gateway("-A", *COMMANDS, "-m", "XOR:D:0.8.0000000400000000")),
-        AUTHORITY_LOST,
-    ),
-    Fault(
-        "commands stuck",
-        (NO_COMMANDS, gateway("-A", *COMMANDS, "-m", "SET:D:0.8.0011223344556677")),
-        AUTHORITY_LOST,
-    ),
-    Fault("off the bus", (["ip", "link", "set", BEHIND, "down"],), SILENT),
+    Fault("commands lost", commands_pass_no_longer, AUTHORITY_LOST),
+    Fault("commands corrupt", partial(commands_pass_no_longer, CORRUPT), AUTHORITY_LOST),
+    Fault("commands stuck", partial(commands_pass_no_longer, STUCK), AUTHORITY_LOST),
+    Fault("off the bus", partial(set_interface, BEHIND, up=False), SILENT),
 )
 
 
-class Shell:
-    """A shell that waits for commands, of the lowest priority.
-
-    To start a program from a large process takes a user-mode kernel longer than the bench waits for the
-    simulated rider; the shell is small, and the motorcycle goes before it.
-    """
-
-    def __init__(self) -> None:
-        self._shell = subprocess.Popen(
-            ["nice", "-n", "19", "sh"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
-
-    def run(self, command: list[str]) -> float:
-        """Run a command; returns the time at which it had ended, s."""
-        assert self._shell.stdin
-        assert self._shell.stdout
-        self._shell.stdin.write(f"{shlex.join(command)}; echo $?\n")
-        self._shell.stdin.flush()
-        assert self._shell.stdout.readline() == "0\n", command
-        return time.time()
-
-    def close(self) -> None:
-        self._shell.communicate()
-
-
 @pytest.fixture
-def shell() -> Iterator[Shell]:
-    """A gateway between the two interfaces, no fault, and a shell that makes one."""
-    made = Shell()
+def _through_a_gateway() -> Iterator[None]:
+    """A gateway between the two interfaces, without a fault."""
     for rule in (COMMANDS, CONTROLS, STATUS):
-        made.run(gateway("-A", *rule))
-    yield made
-    made.run(["ip", "link", "set", BEHIND, "up"])
-    made.run(["cangw", "-F"])
-    made.close()
+        gateway.add(rule)
+    yield
+    set_interface(BEHIND, up=True)
+    gateway.remove_all()
 
 
+@pytest.mark.usefixtures("_through_a_gateway")
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
-def test_the_throttle_is_given_back_and_the_trial_says_why(
-    fault: Fault, shell: Shell, tmp_path: Path
-) -> None:
+def test_the_throttle_is_given_back_and_the_trial_says_why(fault: Fault, tmp_path: Path) -> None:
     struck = []
 
     def strike(*_: object) -> None:
-        struck.extend(shell.run(command) for command in fault.commands)
+        fault.make()
+        struck.append(time.time())
 
     ridden = ride(tmp_path, strike, BEHIND)
     assert ridden.status == 3, ridden.said + ridden.vehicle_said

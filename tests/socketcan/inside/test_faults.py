@@ -4,12 +4,9 @@ The rider's throttle is watched by candump: what the ECU says that it grants.
 """
 
 import errno
-import fcntl
 import os
 import resource
 import signal
-import socket
-import struct
 import subprocess
 import time
 from collections.abc import Callable, Iterator
@@ -27,6 +24,7 @@ from slipbench.protocol.database.database import load_database
 from slipbench.protocol.recording.recording import Recording
 from slipbench.protocol.recording.run_folder import read
 from tests.bench.bus.wires import VCAN
+from tests.socketcan.inside.interfaces import set_interface
 from tests.socketcan.inside.programs import (
     ON_THE_BUS,
     candump,
@@ -38,10 +36,6 @@ from tests.socketcan.inside.programs import (
 SILENCE = 0.020  # s, after which the devices take authority back
 LATENESS = 0.030  # s that a process may be late on a loaded machine
 INTO_IT = 0.5  # s of excitation before something happens
-
-# linux/sockios.h and struct ifreq of linux/if.h: a name and flags.
-GET_FLAGS, SET_FLAGS, IS_UP = 0x8913, 0x8914, 1
-INTERFACE_REQUEST = "16sH22x"
 
 
 @dataclass(frozen=True)
@@ -132,31 +126,17 @@ def children(process: "subprocess.Popen[str]") -> list[int]:
     ]
 
 
-def set_interface(*, up: bool) -> None:
-    """Set the interface up or down, as `ip link set` does (netdevice(7), SIOCSIFFLAGS).
-
-    Starting a program takes this kernel's one processor for 40 ms: the vehicle would be silent
-    before the interface is down.
-    """
-    with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as any_socket:
-        request = struct.pack(INTERFACE_REQUEST, VCAN.encode("ascii"), 0)
-        answer = fcntl.ioctl(any_socket, GET_FLAGS, request)
-        name, flags = struct.unpack(INTERFACE_REQUEST, answer)
-        flags = flags | IS_UP if up else flags & ~IS_UP
-        fcntl.ioctl(any_socket, SET_FLAGS, struct.pack(INTERFACE_REQUEST, name, flags))
-
-
 @pytest.fixture
 def _up_again() -> Iterator[None]:
     yield
-    set_interface(up=True)
+    set_interface(VCAN, up=True)
 
 
 @pytest.mark.usefixtures("_up_again")
 def test_an_interface_that_goes_down_ends_both_programs_with_a_word_about_it(
     tmp_path: Path,
 ) -> None:
-    done = broken(tmp_path, lambda *_: set_interface(up=False))
+    done = broken(tmp_path, lambda *_: set_interface(VCAN, up=False))
     assert done.status == 3, done.said
     assert "tripped: the CAN controller is off the bus" in done.said
     assert done.vehicle_status == 2, done.vehicle_said

@@ -6,9 +6,10 @@ some 4 000 frames/s. candump of can-utils hears the same bus through code that i
 User-mode Linux is too slow for that on the machine's clock: there a trial never gets further than
 armed, because its one processor is busy all the time. Slowed down 4 times the trial began, and
 tripped; 8 times it was done, 1 tick of 8 407 skipped, the processor busy for half of the time. So
-it has a time of its own (own_time.c), in which the processor is 12 times faster and not shared:
-six trials of six were done, no tick of 3 400 skipped, p99 of the lateness 3 to 8 us, while the
-machine had five programs for its two processors. These figures are of that time, not of a kernel.
+it has a time of its own (own_time.c), in which the processor is 24 times faster and not shared.
+With 12 times six trials of six were done, no tick of 3 400 skipped, p99 of the lateness 3 to 8 us,
+while the machine had five programs for its two processors; a machine of half the speed was late
+where a program was started during a trial. These figures are of that time, not of a kernel.
 """
 
 import signal
