@@ -24,7 +24,13 @@ from slipbench.identification.mismatch.naming.candidates import place_on_the_roa
 from slipbench.identification.mismatch.naming.fits import NEAR, near_ones_refined
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.replacement import replacement
-from slipbench.identification.mismatch.naming.score import Score, as_known, of_one_kind, screen
+from slipbench.identification.mismatch.naming.score import (
+    Score,
+    as_known,
+    of_one_kind,
+    scores,
+    screen,
+)
 from slipbench.identification.mismatch.naming.score_tests import different, directions
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
@@ -130,13 +136,26 @@ def pairs(
     """Fit the most promising second effects beside each first one. required: score of a pair."""
     base = named.base
     least = base.score + NEAR * (required - base.score)
-    plain = partial(least_squares_start, rival=least)
-    methods = (optimize, plain) if hidden_by_noise(base) else (optimize,)
+    fitted = partial(_pair, least if hidden_by_noise(base) else None)
     several = in_threads(
-        lambda single: list(_pairs(named, single, library, required, methods)), singles
+        lambda single: [fitted(single, s) for s in _seconds(named, single, library, required)],
+        singles,
     )
-    near = [pair for found in several for pair in found if pair.score > least]
+    near = [pair for found in several for pair in found if pair is not None and pair.score > least]
     return [pair for pair in near_ones_refined(base, near) if pair.score > required]
+
+
+def _pair(rival: float | None, single: Fit, second: Candidate) -> Fit | None:
+    """Fit a pair; by plain least squares as well where the noise model still holds it.
+
+    rival: score of a known fit; None: the noise model does not hold the fit of none.
+    """
+    pair = (*single.effects, second)
+    fit = _best(partial(_fitted, optimize, single, *pair))
+    if rival is None or (fit is not None and not hidden_by_noise(fit)):
+        return fit
+    plain = partial(least_squares_start, rival=rival)
+    return _best(*([] if fit is None else [lambda: fit]), partial(_fitted, plain, single, *pair))
 
 
 def _fitted(method: Callable[[Fit], Fit], start: Fit, *effects: Candidate) -> Fit:
@@ -159,35 +178,28 @@ def _one_of_each_kind(scores: Iterable[Score]) -> list[Score]:
     return list(best.values())[:KINDS]
 
 
-def _pairs(
-    named: Named,
-    single: Fit,
-    library: Sequence[type[Effect]],
-    required: float,
-    methods: Sequence[Callable[[Fit], Fit]],
-) -> Iterator[Fit]:
-    """Yield the fitted pairs of a first effect whose score may reach the required one."""
-    linear = Linearization.of(single)
-    screening = screen(linear, library, named.first, SECONDS)
-    seconds = [s for s in screening.scores if not s.is_negligible]
-    for score in _seconds(linear, seconds):
-        if single.score + PROMISED * score.log_likelihood_gain > required:
-            for second in (score.candidate, *_other_variants(score, library, single.model)):
-                pair = (*single.effects, second)
-                fit = _best(*(partial(_fitted, method, single, *pair) for method in methods))
-                if fit is not None:
-                    yield fit
+def _seconds(
+    named: Named, single: Fit, library: Sequence[type[Effect]], required: float
+) -> Iterator[Candidate]:
+    """Yield the second effects of pairs whose score may reach the required one.
 
-
-def _seconds(linear: Linearization, scores: Sequence[Score]) -> list[Score]:
-    """Return the leading scores, and the leading ones of different directions.
-
-    Recordings hardly distinguish effects of one direction, and scores do not determine which of
-    them fits best.
+    These are the leading scores, and the leading ones of different directions: recordings hardly
+    distinguish effects of one direction, and scores do not determine which of them fits best. The
+    other values of their integer parameters are scored as well.
     """
-    return _in_order(
-        scores, [*scores[:SECONDS], *_of_different_directions(linear, scores, SECONDS)]
-    )
+    linear = Linearization.of(single)
+    found = screen(linear, library, named.first, SECONDS).scores
+    known = [s for s in found if not s.is_negligible]
+    leading = [*known[:SECONDS], *_of_different_directions(linear, known, SECONDS)]
+    seconds = [s for s in _in_order(known, leading) if _may_reach(required, single, s)]
+    variants = [v for s in seconds for v in _other_variants(s, library, single.model)]
+    for score in (*seconds, *scores(linear, variants)):
+        if _may_reach(required, single, score):
+            yield score.candidate
+
+
+def _may_reach(required: float, single: Fit, second: Score) -> bool:
+    return single.score + PROMISED * second.log_likelihood_gain > required
 
 
 def _of_different_directions(
