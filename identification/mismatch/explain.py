@@ -27,7 +27,7 @@ from slipbench.identification.mismatch.fit.calibrate import (
     hidden_by_noise,
 )
 from slipbench.identification.mismatch.fit.crank_phase import at_estimated_angles, lines
-from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.fitting import Fit, at_even_noise
 from slipbench.identification.mismatch.fit.held_out import (
     Veto,
     error_ratio,
@@ -170,6 +170,22 @@ def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
         a.headline = _headline(a)
         _look_after(a, say)
     a.vetoes = [v for v in a.named.vetoes if v.name not in a.named.names]
+    if not a.named.names and not unexplained(a):
+        _look_for_levels(a, say)
+
+
+def _look_for_levels(a: Analysis, say: Say) -> None:
+    """Locate by plain least squares where a held-out error stays large and nothing is significant.
+
+    A noise model that is fitted to an error takes its levels for noise: of a sensor whose scale is
+    wrong by 1 % on a section of the road only the two ends of the section were left.
+    """
+    if a.held_out is None or a.base is None:
+        return
+    if any(e.large for e in errors(held_out_simulations(a.held_out, a.base, a.base))):
+        say("Localizing what the noise model may take for noise")
+        a.before = _located(at_even_noise(a.base), at_even_noise(refit_on(a.base, a.held_out)))
+        a.headline = _headline(a)
 
 
 def _asked_of_pairs(a: Analysis) -> float:
@@ -315,5 +331,9 @@ NAMES = (
 
 
 def _curves(a: Analysis, fit: Fit) -> list[Curve]:
-    others = Linearization.of(refit_on(fit, a.held_out)) if a.held_out is not None else None
+    return _located(fit, None if a.held_out is None else refit_on(fit, a.held_out))
+
+
+def _located(fit: Fit, held_out: Fit | None) -> list[Curve]:
+    others = None if held_out is None else Linearization.of(held_out)
     return locate(Linearization.of(fit), others)
