@@ -122,9 +122,14 @@ def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
 def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     say("Localizing the mismatch with free curves")
-    a.before = _curves(a, a.base)
-    if a.before and a.before[0].significant:
-        a.operating_region = operating_region(Linearization.of(a.base), a.before[0])
+    _keep_located(a, a.base, _curves(a, a.base))
+
+
+def _keep_located(a: Analysis, fit: Fit, curves: list[Curve]) -> None:
+    """Keep curves located at a fit, and where the best acts if it is significant."""
+    a.before = curves
+    if curves and curves[0].significant:
+        a.operating_region = operating_region(Linearization.of(fit), curves[0])
 
 
 def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
@@ -180,11 +185,13 @@ def _look_for_levels(a: Analysis, say: Say) -> None:
     A noise model that is fitted to an error takes its levels for noise: of a sensor whose scale is
     wrong by 1 % on a section of the road only the two ends of the section were left.
     """
+    assert a.named is not None
     if a.held_out is None or a.base is None:
         return
-    if any(e.large for e in errors(held_out_simulations(a.held_out, a.base, a.base))):
+    if any(e.large for e in errors(held_out_simulations(a.held_out, a.base, a.named.fit, None))):
         say("Localizing what the noise model may take for noise")
-        a.before = _located(at_even_noise(a.base), at_even_noise(refit_on(a.base, a.held_out)))
+        even = at_even_noise(a.base)
+        _keep_located(a, even, _located(even, at_even_noise(refit_on(a.base, a.held_out))))
         a.headline = _headline(a)
 
 

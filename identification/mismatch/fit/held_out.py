@@ -214,6 +214,7 @@ def mispredicted(model: Model, base: Fit, fit: Fit, most: float) -> Veto | None:
     return Veto(name, gain, -most, reason) if gain < -most else None
 
 
+@last_results(1)
 def held_out_simulations(
     model: Model, base: Fit, fit: Fit, improved: Model | None = None
 ) -> list[Fit]:

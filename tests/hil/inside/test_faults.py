@@ -68,8 +68,8 @@ def test_the_throttle_is_given_back_and_the_trial_says_why(fault: Fault, tmp_pat
     struck = []
 
     def strike(*_: object) -> None:
-        fault.make()
         struck.append(time.time())
+        fault.make()
 
     ridden = ride(tmp_path, strike, BEHIND)
     assert ridden.status == 3, ridden.said + ridden.vehicle_said
