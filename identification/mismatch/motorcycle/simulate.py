@@ -1,7 +1,7 @@
 """Simulation of one subsystem of one recording, with recorded signals and the slow road force."""
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from inspect import signature
 
 import numpy as np
@@ -17,6 +17,8 @@ from slipbench.plant.signals import FREE, Floats, Inputs, Outputs
 from slipbench.plant.simulation import Simulation
 
 SMOOTH = 50  # rows
+STILL = 1e-4
+"""Largest change of a throttle command at rest, as an opening: it is interpolated between frames."""
 NO_ROAD: Floats = np.empty(0)
 PASSES = 4
 """Iterations for a radius that depends on the speed."""
@@ -287,7 +289,7 @@ def starts(
     gear = max(int(inputs.gear[0]), 1)
     rear = v / bike.rear_wheel.radius * 1.01
     drag = 0.5 * bike.body.air_density * bike.body.drag_area * v * v + 30.0
-    throttle = float(record.measured.get("throttle_position", inputs.throttle_command)[0])
+    throttle = _at_rest(inputs, record)
     return throttle, {
         "air": throttle,
         "engine_speed": rear * bike.gears[gear - 1],
@@ -295,4 +297,26 @@ def starts(
         "speed": v,
         "crank_angle": record.turned,
         "twist": drag * bike.rear_wheel.radius / bike.driveline.stiffness,
+        **dict.fromkeys(_remembered_openings(bike), throttle),
     }
+
+
+def _remembered_openings(bike: Motorcycle) -> Iterator[str]:
+    """Yield the states of effects that remember an opening."""
+    for effect in bike.effects:
+        for state, start in zip(effect.states, effect.starts, strict=False):
+            if start == "throttle":
+                yield f"{effect.name}.{state}"
+
+
+def _at_rest(inputs: Inputs, record: Record) -> float:
+    """Return the mean recorded opening once the servo has settled at the first command.
+
+    In a trial of spark advance nothing moves the throttle: a servo with play or dry friction stays
+    where it is, and a single reading is rounded.
+    """
+    recorded = record.measured.get("throttle_position", inputs.throttle_command)
+    command = inputs.throttle_command[: round(LEAD_IN / record.grid.step)]
+    moved = np.flatnonzero(np.abs(command - command[0]) > STILL)
+    still = int(moved[0]) if moved.size else command.size
+    return float(np.mean(recorded[still // 2 : still]))
