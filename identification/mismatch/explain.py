@@ -13,11 +13,9 @@ from slipbench.identification.mismatch.analysis import (
     not_excited,
     unexplained,
 )
-from slipbench.identification.mismatch.curves.adequacy import remainder
-from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.comparison import Comparison
 from slipbench.identification.mismatch.curves.fit_in_model import fit_curves_in_model
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
-from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.curves.operating_region import operating_region, plainest
 from slipbench.identification.mismatch.curves.trace import effect_of
 from slipbench.identification.mismatch.fit.calibrate import (
@@ -27,7 +25,6 @@ from slipbench.identification.mismatch.fit.calibrate import (
     hidden_by_noise,
 )
 from slipbench.identification.mismatch.fit.crank_phase import at_estimated_angles, lines
-from slipbench.identification.mismatch.fit.fitting import Fit, at_even_noise
 from slipbench.identification.mismatch.fit.held_out import (
     Veto,
     error_ratio,
@@ -122,14 +119,14 @@ def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
 def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     say("Localizing the mismatch with free curves")
-    _keep_located(a, a.base, _curves(a, a.base))
+    _keep_located(a, Comparison(a.base, a.base, a.held_out))
 
 
-def _keep_located(a: Analysis, fit: Fit, curves: list[Curve]) -> None:
-    """Keep curves located at a fit, and where the best acts if it is significant."""
-    a.before = curves
-    if curves and curves[0].significant:
-        a.operating_region = operating_region(Linearization.of(fit), curves[0])
+def _keep_located(a: Analysis, compared: Comparison) -> None:
+    """Locate curves in the residual of calibration, and where the best acts if it is significant."""
+    a.before, a.operating_region = compared.curves(), None
+    if a.before and a.before[0].significant:
+        a.operating_region = operating_region(Linearization.of(compared.base), a.before[0])
 
 
 def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
@@ -175,24 +172,6 @@ def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
         a.headline = _headline(a)
         _look_after(a, say)
     a.vetoes = [v for v in a.named.vetoes if v.name not in a.named.names]
-    if not a.named.names and not unexplained(a):
-        _look_for_levels(a, say)
-
-
-def _look_for_levels(a: Analysis, say: Say) -> None:
-    """Locate by plain least squares where a held-out error stays large and nothing is significant.
-
-    A noise model that is fitted to an error takes its levels for noise: of a sensor whose scale is
-    wrong by 1 % on a section of the road only the two ends of the section were left.
-    """
-    assert a.named is not None
-    if a.held_out is None or a.base is None:
-        return
-    if any(e.large for e in errors(held_out_simulations(a.held_out, a.base, a.named.fit, None))):
-        say("Localizing what the noise model may take for noise")
-        even = at_even_noise(a.base)
-        _keep_located(a, even, _located(even, at_even_noise(refit_on(a.base, a.held_out))))
-        a.headline = _headline(a)
 
 
 def _asked_of_pairs(a: Analysis) -> float:
@@ -212,37 +191,73 @@ def _look_after(a: Analysis, say: Say) -> None:
     a.after, a.remains = [], None
     if a.named.names:
         say("Testing the residual of the accepted effects")
-        a.after = _curves(a, a.named.fit)
-        a.remains = remainder(a.named.base, a.named.fit, a.after)
+        a.after, a.remains = Comparison(a.named.base, a.named.fit, a.held_out).curves_beside_names()
 
 
 def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
-    """Replace the names by a free curve where they are insufficient and it predicts better.
+    """Replace the names by a free curve where they are insufficient and it predicts better."""
+    assert a.base is not None
+    assert a.named is not None
+    compared = Comparison(a.base, a.named.fit, a.held_out)
+    _names_or_curve(a, compared, say)
+    if a.free is None and _error_is_large(a):
+        say("Localizing what the noise model may take for noise")
+        _free_by_least_squares(a, compared.by_least_squares(), say)
+
+
+def _free_by_least_squares(a: Analysis, plain: Comparison, say: Say) -> None:
+    """Look for a free curve by plain least squares, since a noise model takes levels for noise.
+
+    Names give way only to a curve that predicts better. Where there are none, the location counts.
+    """
+    assert a.named is not None
+    trial = replace(a, names_kept=False, vetoes=list(a.vetoes))
+    if a.named.names:
+        trial.after, trial.remains = plain.curves_beside_names()
+    if not a.named.names or unexplained(trial):
+        _keep_located(trial, plain)
+        trial.headline = _headline(trial)
+        _names_or_curve(trial, plain, say)
+        if trial.free is not None or not a.named.names:
+            vars(a).update(vars(trial))
+
+
+def _error_is_large(a: Analysis) -> bool:
+    """Return whether a held-out error of the named effects, or of calibration, is large."""
+    assert a.base is not None
+    assert a.named is not None
+    if a.held_out is None:
+        return False
+    runs = held_out_simulations(a.held_out, a.base, a.named.fit, None)
+    return any(e.large for e in errors(runs))
+
+
+def _names_or_curve(a: Analysis, compared: Comparison, say: Say) -> None:
+    """Decide between names that are insufficient and a free curve.
 
     Without such a curve, names stay only if they gain more nats than a free curve gains in their
     residual, and if the held-out recordings confirm them.
     """
-    _fit_curve(a, say)
+    _fit_curve(a, compared, say)
     if unexplained(a) and a.free is None and a.remains is not None and a.remains.lesser:
-        a.names_kept = _predict_better(a, CONFIRMED)
+        a.names_kept = _names_predict_better(a, compared, CONFIRMED)
 
 
-def _fit_curve(a: Analysis, say: Say) -> None:
-    assert a.base is not None
+def _fit_curve(a: Analysis, compared: Comparison, say: Say) -> None:
     while unexplained(a) and a.before and a.free is None:
         say("Fitting a free curve in the simulation")
-        found = fit_curves_in_model(a.base, a.before, a.held_out)
+        found = fit_curves_in_model(compared.base, a.before, compared.held_out)
         if found is None:
             return
-        gain = _confirmed(a, found)
+        gain = _confirmed(compared, found)
         curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
         if gain >= CONFIRMED:
-            a.names_kept = _predict_better(a, gain)
-            if not a.names_kept and (ratio := _error_ratio(a, found)) > RISEN_ERROR:
+            a.names_kept = _names_predict_better(a, compared, gain)
+            if not a.names_kept and (ratio := _error_ratio(compared, found)) > RISEN_ERROR:
                 reason = f"with it a held-out error is {ratio:.3g} times as large"
                 a.vetoes.append(Veto(curve, gain, CONFIRMED, reason))
                 return  # held-out recordings confirm the place, but not this curve
-            a.free = None if a.names_kept else found
+            a.free = None if a.names_kept else found.at_fitted_noise()
         elif any(c.significant and c.place == found.curve.place for c in a.before):
             a.vetoes.append(veto(curve, gain, CONFIRMED))
             _withdraw(a, found.curve.place)
@@ -250,49 +265,34 @@ def _fit_curve(a: Analysis, say: Say) -> None:
             return
 
 
-def _confirmed(a: Analysis, found: FreeCurve) -> float:
+def _confirmed(compared: Comparison, found: FreeCurve) -> float:
     """Return the held-out log-likelihood gain of a curve, nats; inf without held-out recordings.
 
     The smaller of two gains: with all parameters estimated again, and with the parameters of the
     training recordings within their uncertainty; -inf where they cannot be simulated with these.
     """
-    assert a.base is not None
-    if a.held_out is None:
+    if compared.held_out is None:
         return math.inf
     assert found.proven is not None
     try:
-        predicted = predicted_gain(a.held_out, a.base, found.fit, found.proven)
+        predicted = predicted_gain(compared.held_out, compared.base, found.fit, found.proven)
     except PlantError:
         return -math.inf
     return min(found.confirmed, predicted)
 
 
-def _error_ratio(a: Analysis, found: FreeCurve) -> float:
+def _error_ratio(compared: Comparison, found: FreeCurve) -> float:
     """Return the held-out error with a curve over that without, of the output where it is largest."""
-    if a.held_out is None:
+    if compared.held_out is None:
         return 1.0
-    assert a.base is not None
     assert found.proven is not None
-    return error_ratio(a.held_out, a.base, found.fit, found.proven)
+    return error_ratio(compared.held_out, compared.base, found.fit, found.proven)
 
 
-def _predict_better(a: Analysis, gain: float) -> bool:
-    """Return whether the names predict held-out recordings better than the curve in their place.
-
-    gain: held-out gain of the curve, nats, see `_confirmed`. The gain of the names is computed in
-    the same way.
-    """
-    assert a.base is not None
+def _names_predict_better(a: Analysis, compared: Comparison, gain: float) -> bool:
+    """Return whether there are names that predict better than a curve. gain: of it, nats."""
     assert a.named is not None
-    if not a.named.names or a.held_out is None:
-        return False
-    fit = a.named.fit
-    moved = refit_on(fit, a.held_out).score - refit_on(a.base, a.held_out).score
-    try:
-        predicted = predicted_gain(a.held_out, a.base, fit, a.held_out)
-    except PlantError:  # it cannot be simulated with the parameters of the training recordings
-        return False
-    return min(moved, predicted) > gain
+    return bool(a.named.names) and compared.names_predict_better(gain)
 
 
 def _withdraw(a: Analysis, place: str) -> None:
@@ -335,12 +335,3 @@ NAMES = (
     "validation on held-out recordings",
     "choice of the next trial",
 )
-
-
-def _curves(a: Analysis, fit: Fit) -> list[Curve]:
-    return _located(fit, None if a.held_out is None else refit_on(fit, a.held_out))
-
-
-def _located(fit: Fit, held_out: Fit | None) -> list[Curve]:
-    others = None if held_out is None else Linearization.of(held_out)
-    return locate(Linearization.of(fit), others)

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
+from slipbench.identification.mismatch.curves.injection import disturbance
 from slipbench.identification.mismatch.curves.input_spline import InputSpline
 from slipbench.identification.mismatch.curves.model_spline import injection_of
 from slipbench.identification.mismatch.curves.trace import regressors
@@ -135,10 +136,8 @@ def _sum(one: Mapping[str, Floats], other: Mapping[str, Floats]) -> dict[str, Fl
     return {**one, **{k: v + one[k] if k in one else v for k, v in other.items()}}
 
 
-def injected_rows(fit: Fit, r: int, place: InjectionPoint, curve: Curve) -> dict[str, Floats]:
-    """Return the input disturbances of a curve in one record by name, SI, shape (rows,) each."""
+def injected_rows(fit: Fit, r: int, place: InjectionPoint, curve: Curve) -> Mapping[str, Floats]:
+    """Return the disturbances of a curve in one record by name, SI, shape (rows,) each."""
     record = fit.model.records[r]
     waveform = regressors(fit, place.subsystem, r)[curve.regressor]
-    return fit.model.at(fit.point).input_disturbance(
-        place, record, curve(waveform, record.grid.step)
-    )
+    return disturbance(fit.model.at(fit.point), place, record, curve(waveform, record.grid.step))

@@ -1,9 +1,9 @@
 """Free curves fitted in the simulation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from slipbench.identification.mismatch.curves.curve import Curve
-from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.fitting import Fit, with_noise
 from slipbench.identification.mismatch.simulation.model import Model
 
 
@@ -33,3 +33,11 @@ class FreeCurve:
             other.proven,
             (*self.beside, other.curve),
         )
+
+    def at_fitted_noise(self) -> "FreeCurve":
+        """Return the same curves, with a fitted autoregression as the noise."""
+        fit, proven = self.fit, self.proven
+        if not fit.model.white:
+            return self
+        model = None if proven is None else proven.with_noise(white=False)
+        return replace(self, fit=with_noise(fit, white=False), proven=model)

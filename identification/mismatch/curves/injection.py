@@ -6,13 +6,17 @@ its linear effect on the outputs. It is accurate to some per cent, which is suff
 mismatch and its regressor.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 from scipy import signal
 
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.model import Runs, Series, simulate
+from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sensor import Columns
+from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
@@ -63,6 +67,18 @@ def _impulse_response(fit: Fit, place: InjectionPoint, r: int, plain: Runs) -> d
         for b, block in enumerate(model.partition.groups)
         if block.subsystem == place.subsystem and block.order
     }
+
+
+def disturbance(
+    system: System, place: InjectionPoint, record: Record, waveform: Floats
+) -> Mapping[str, Floats]:
+    """Return a disturbance at an injection point, see `InputDisturbance`; an error of a sensor too.
+
+    waveform: in the unit of the injection point, SI, shape (rows,).
+    """
+    if place.inputs:
+        return system.input_disturbance(place, record, waveform)
+    return {place.name: waveform}
 
 
 def _with_impulse(fit: Fit, place: InjectionPoint, r: int, pulse: Floats) -> Columns:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slipbench.identification.mismatch.curves.injection import disturbance
 from slipbench.identification.mismatch.curves.trace import regressors, responses_along
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
@@ -123,7 +124,7 @@ class InputSpline(Hypothesis):
 
     def _columns(self, record: Record, z: Floats) -> Mapping[str, Floats]:
         waveform = curve_waveform(self.regressor, z, self.knots, self.values, record.grid.step)
-        return self.system.input_disturbance(self.injection, record, waveform)
+        return disturbance(self.system, self.injection, record, waveform)
 
     def moved(self, step: Floats) -> "InputSpline":
         """Return it after a step of its parameters, (p,)."""

@@ -15,7 +15,7 @@ from slipbench.identification.mismatch.curves.trace import responses_along, sens
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
 from slipbench.identification.mismatch.fit.hypothesis import Hypothesis
 from slipbench.identification.mismatch.fit.optimize import at_fixed_noise
-from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
+from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint, at_sensor
 from slipbench.identification.mismatch.simulation.regressor import TURN
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
@@ -100,13 +100,22 @@ def increments(curve: Curve) -> Floats:
 def injection_of(base: Fit, curve: Curve) -> InjectionPoint | None:
     """Return the injection point of a curve; None where no curve can act.
 
-    A curve can act at a sensor if the model supports it; no disturbance can be injected there.
+    A curve can act at a sensor if the model supports it, or if the sensor drives no simulation: its
+    error would act there as well.
     """
     point = next((p for p in places(base) if p.name == curve.place), None)
     if point is not None:
         return point
     sensor = next((p for p in sensors_as_places(base) if p.name == curve.place), None)
-    return sensor if sensor is not None and _supported(base, sensor, curve) else None
+    if sensor is None or not (_supported(base, sensor, curve) or not _drives(base, sensor)):
+        return None
+    return sensor
+
+
+def _drives(base: Fit, sensor: InjectionPoint) -> bool:
+    """Return whether the recorded values of a sensor drive the simulation of a subsystem."""
+    drivers = base.model.partition.subsystems.values()
+    return any(sensor.name == at_sensor(source) for pairs in drivers for source, _ in pairs)
 
 
 def _supported(base: Fit, place: InjectionPoint, curve: Curve) -> bool:

@@ -17,7 +17,7 @@ from slipbench.identification.mismatch.curves.tooth_curve import SIZE, discs, to
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import change
-from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
+from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint, at_sensor
 from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
 from slipbench.identification.mismatch.simulation.model import Runs, Series, added_inputs, predict
 from slipbench.identification.mismatch.simulation.record import Record
@@ -151,7 +151,7 @@ def sensors_as_places(fit: Fit) -> list[InjectionPoint]:
     """Return every sensor that may be faulty as an injection point."""
     return [
         InjectionPoint(
-            f"sensor of {o.replace('_', ' ')}",
+            at_sensor(o),
             f"{o} sensor",
             s.unit,
             float(np.std(s.value)) + 1e-3,

@@ -26,7 +26,7 @@ from slipbench.identification.mismatch.fit.variance_inflation import (
     VarianceInflation,
     fit_variance_inflation,
 )
-from slipbench.identification.mismatch.fit.whitening import Whitener, even, scale_of
+from slipbench.identification.mismatch.fit.whitening import Whitener
 from slipbench.identification.mismatch.simulation.model import Model, Point, Series, predict
 from slipbench.identification.mismatch.simulation.once import once
 from slipbench.plant.signals import Floats
@@ -141,10 +141,9 @@ def renoised(fit: Fit) -> Fit:
     return with_effect_slopes_of(fit, replace(fit, noise=whiteners(fit.model, fit.residuals)))
 
 
-def at_even_noise(fit: Fit) -> Fit:
-    """Return the fit with white noise as large as the residual of each output."""
-    noise = [even(scale_of(r)) for r in fit.residuals]
-    return with_effect_slopes_of(fit, replace(fit, noise=noise))
+def with_noise(fit: Fit, white: bool) -> Fit:
+    """Return the fit with white noise, or with a fitted autoregression."""
+    return renoised(with_effect_slopes_of(fit, replace(fit, model=fit.model.with_noise(white))))
 
 
 def with_effects(fit: Fit, candidates: Sequence[Hypothesis]) -> Fit:

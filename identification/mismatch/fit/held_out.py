@@ -76,7 +76,7 @@ def _at_start_angles(system: System, model: Model, noise_source: Fit) -> Fit:
 def _with_fixed_parameters(system: System, model: Model) -> Model:
     """Return the model of a system with only slow disturbance and clocks estimated."""
     clocks = [k for k in model.known if k.of_clock]
-    return Model(system, model.records, model.partition, clocks, model.injected)
+    return Model(system, model.records, model.partition, clocks, model.injected, white=model.white)
 
 
 def _fit_at(fit: Fit, point: Point, model: Model) -> Fit:

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg, optimize
 
-from slipbench.identification.mismatch.fit.whitening import Whitener, whitener
+from slipbench.identification.mismatch.fit.whitening import Whitener, even, scale_of, whitener
 from slipbench.identification.mismatch.simulation.model import Model, Series
 from slipbench.identification.mismatch.simulation.once import once
 from slipbench.plant.errors import PlantError
@@ -29,7 +29,7 @@ def residuals(model: Model, predicted: Series) -> Series:
 def whiteners(model: Model, residual: Series) -> list[Whitener]:
     """Fit the noise model of every output group to residuals (T, m)."""
     return [
-        whitener(r, b.order, memory=b.memory)
+        even(scale_of(r)) if model.white else whitener(r, b.order, memory=b.memory)
         for b, r in zip(model.partition.groups, residual, strict=True)
     ]
 

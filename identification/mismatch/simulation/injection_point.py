@@ -3,6 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+SENSOR = "sensor of "
+
+
+def at_sensor(output: str) -> str:
+    """Return the name of the injection point at the sensor of an output."""
+    return SENSOR + output.replace("_", " ")
+
 
 @dataclass(frozen=True)
 class InjectionPoint:

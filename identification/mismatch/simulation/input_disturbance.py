@@ -1,7 +1,8 @@
-"""A disturbance waveform that is added to inputs of the simulation at an injection point, by row.
+"""A disturbance waveform that is added to inputs or outputs of the simulation, by row.
 
 It is one of the effects of a point, so that a disturbance without an equation is fitted jointly
-with all other effects. Systems do not handle it; the model adds it to the simulation's inputs.
+with all other effects. Systems do not handle it; the model adds it to the simulation's inputs, or to the
+output of a sensor.
 """
 
 from collections.abc import Mapping
@@ -13,7 +14,10 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True, eq=False)
 class InputDisturbance(Effect):
-    """subsystem: where it acts; waveforms: by record, values added to columns of the inputs."""
+    """subsystem: where it acts; waveforms: by record, values added to columns of the inputs.
+
+    An error of a sensor has the name of its injection point, see `at_sensor`.
+    """
 
     name = "push"
     block = ""

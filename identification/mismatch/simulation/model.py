@@ -11,6 +11,7 @@ from slipbench.identification.mismatch.simulation.causal_partition import (
 )
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.derivatives import Derivatives
+from slipbench.identification.mismatch.simulation.injection_point import SENSOR, at_sensor
 from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
 from slipbench.identification.mismatch.simulation.once import once
 from slipbench.identification.mismatch.simulation.record import Record
@@ -42,8 +43,9 @@ class Point:
 class Model:
     """Records, their output groups, and the uncertain parameters of the system.
 
-    injected: by record, values added to columns of the inputs in every simulation.
+    injected: by record, values added in every simulation, see `InputDisturbance`.
     stepless: whether sensors report without the coarse quantization that an effect gives them.
+    white: whether the noise is white, as in plain least squares; else it is a fitted autoregression.
     """
 
     system: System
@@ -52,6 +54,7 @@ class Model:
     known: list[Coordinate]
     injected: tuple[Mapping[str, Floats], ...] = field(default=())
     stepless: bool = False
+    white: bool = False
 
     @once
     def measured(self) -> Series:
@@ -94,6 +97,13 @@ class Model:
     def uncertain_of(self, known: list[Coordinate]) -> "Model":
         """Return the same model with only these parameters uncertain; coarse if this one is."""
         model = self._like(replace(self, known=known))
+        if self.coarse is self:
+            model.__dict__["coarse"] = model
+        return model
+
+    def with_noise(self, white: bool) -> "Model":
+        """Return the same model with white noise, or with a fitted autoregression."""
+        model = self._like(replace(self, white=white))
         if self.coarse is self:
             model.__dict__["coarse"] = model
         return model
@@ -154,12 +164,17 @@ def added_inputs(
 
     They and extra are by name of the input, SI, shape (rows,) each.
     """
-    disturbances = [e.waveforms[record] for e in point.effects if isinstance(e, InputDisturbance)]
     added: dict[str, Floats] = {}
-    for waveforms in (*model.injected[record : record + 1], *disturbances, extra or {}):
+    for waveforms in (*_disturbances(model, point, record), extra or {}):
         for name, waveform in waveforms.items():
-            added[name] = added[name] + waveform if name in added else waveform
+            if not name.startswith(SENSOR):
+                added[name] = added[name] + waveform if name in added else waveform
     return added
+
+
+def _disturbances(model: Model, point: Point, record: int) -> list[Mapping[str, Floats]]:
+    own = [e.waveforms[record] for e in point.effects if isinstance(e, InputDisturbance)]
+    return [*model.injected[record : record + 1], *own]
 
 
 def simulate(
@@ -210,6 +225,8 @@ def predict(
                     clock_offsets(model, point, group),
                 )
                 misplace(outputs, group.outputs, record, system.effects)
+                for waveforms in _disturbances(model, point, r):
+                    _misread(outputs, group.outputs, record, waveforms)
                 predicted[b][r] = outputs
     return predicted
 
@@ -283,6 +300,15 @@ def misplace(
                 sensor = record.sensors[output]
                 if sensor.offsets is not None and output.startswith(effect.encoder.split("_")[0]):
                     values[:, j] += sensor.misplaced(effect.tooth_offsets(sensor.offsets.shape[1]))
+
+
+def _misread(
+    values: Floats, outputs: Iterable[str], record: Record, waveforms: Mapping[str, Floats]
+) -> None:
+    """Add errors of sensors to outputs (T, m). waveforms: see `InputDisturbance`."""
+    for j, output in enumerate(outputs):
+        if at_sensor(output) in waveforms:
+            values[:, j] += record.grid.binned(waveforms[at_sensor(output)])
 
 
 def _stack(

@@ -35,7 +35,7 @@ def known_of(share: float, nats: float) -> Analysis:
         SimpleNamespace(),
         base=SimpleNamespace(),
         before=[Located(PLACE)],
-        named=SimpleNamespace(names=["stiction"]),
+        named=SimpleNamespace(names=["stiction"], fit=SimpleNamespace()),
         after=[curve],
         remains=Remainder(curve, share, nats),
     )
@@ -48,10 +48,12 @@ def predicted_held_out(monkeypatch):
     def held_out(names, curve, unchanged=1e6, ratio=0.9):
         where = SimpleNamespace(place=PLACE, regressor="throttle")
         found = SimpleNamespace(confirmed=curve, curve=where, fit=None, proven=SimpleNamespace())
+        found.at_fitted_noise = lambda: found
         monkeypatch.setattr(explain, "fit_curves_in_model", lambda *_: found)
         monkeypatch.setattr(explain, "predicted_gain", lambda *_: unchanged)
         monkeypatch.setattr(explain, "error_ratio", lambda *_: ratio)
-        monkeypatch.setattr(explain, "_predict_better", lambda *_: names > curve)
+        monkeypatch.setattr(explain, "_names_predict_better", lambda *_: names > curve)
+        monkeypatch.setattr(explain, "_error_is_large", lambda _: False)
 
     return held_out
 

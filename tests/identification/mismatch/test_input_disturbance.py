@@ -6,13 +6,16 @@ from functools import cache
 import numpy as np
 import pytest
 
+from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.input_spline import InputSpline
-from slipbench.identification.mismatch.curves.trace import regressors
+from slipbench.identification.mismatch.curves.model_spline import injection_of
+from slipbench.identification.mismatch.curves.trace import regressors, sensors_as_places
 from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.refit import relinearized
+from slipbench.identification.mismatch.simulation.injection_point import at_sensor
 from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
 from slipbench.identification.mismatch.simulation.model import predict, simulate
 from slipbench.identification.mismatch.simulation.regressor import (
@@ -127,3 +130,33 @@ def test_most_of_what_was_pushed_is_found_from_nothing(regressor):
 def _settled(fit: Fit) -> Fit:
     """Optimize as for free curves: sensitivities at zero, from binned inputs, are approximate."""
     return optimize(relinearized(optimize(fit)))
+
+
+def sensor_error(output: str, fit: Fit) -> tuple[InputSpline, np.ndarray]:
+    """A curve along the time at a sensor, and what it adds to each bin of the first record."""
+    place = next(p for p in sensors_as_places(fit) if p.name == at_sensor(output))
+    z = regressors(fit, place.subsystem, 0)["time"]
+    knots = knots_for("time", z)
+    spline = InputSpline.beside(fit, place, "time", knots).moved(
+        np.cos(2.0 * np.arange(knots.size))
+    )
+    return spline, fit.model.records[0].grid.binned(np.interp(z, knots, spline.values))
+
+
+def test_an_error_of_a_sensor_is_in_its_output_alone():
+    fit = fitted()
+    spline, error = sensor_error("optical_speed", fit)
+    there = with_effects(fit, (spline,)).predicted
+    for block, before, after in zip(fit.model.partition.groups, fit.predicted, there, strict=True):
+        for j, output in enumerate(block.outputs):
+            change = after[0][:, j] - before[0][:, j]
+            expected = error if output == "optical_speed" else 0.0
+            assert change == pytest.approx(expected, abs=1e-9), output
+
+
+def test_a_curve_acts_at_a_sensor_unless_its_recording_drives_a_simulation():
+    """The motion is driven by the recorded opening: an error of that sensor would act there too."""
+    fit = fitted()
+    at_place = Curve("", "", "m/s", "time", np.arange(3.0), np.zeros(3), 20.0, 10.0, 10.0, 1e-3)
+    for output, possible in (("optical_speed", True), ("throttle_position", False)):
+        assert bool(injection_of(fit, replace(at_place, place=at_sensor(output)))) == possible

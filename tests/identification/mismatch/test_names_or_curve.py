@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from slipbench.identification.mismatch import explain
+from slipbench.identification.mismatch import comparison, explain
 from slipbench.identification.mismatch.fit.held_out import Veto
 from slipbench.identification.mismatch.naming import search
 from slipbench.identification.mismatch.reporting.verdict import as_json
@@ -46,6 +46,7 @@ def prediction_diverges(monkeypatch):
         raise PlantError("it diverges", "here", "numbers", "none", "smaller steps")
 
     monkeypatch.setattr(explain, "predicted_gain", diverges)
+    monkeypatch.setattr(comparison, "predicted_gain", diverges)
 
 
 @pytest.fixture
