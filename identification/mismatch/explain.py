@@ -14,6 +14,7 @@ from slipbench.identification.mismatch.analysis import (
     unexplained,
 )
 from slipbench.identification.mismatch.comparison import Comparison
+from slipbench.identification.mismatch.curves.fit_in_model import MOST as MOST_CURVES
 from slipbench.identification.mismatch.curves.fit_in_model import fit_curves_in_model
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.operating_region import operating_region, plainest
@@ -211,7 +212,7 @@ def _free_by_least_squares(a: Analysis, plain: Comparison, say: Say) -> None:
     Names give way only to a curve that predicts better. Where there are none, the location counts.
     """
     assert a.named is not None
-    trial = replace(a, names_kept=False, vetoes=list(a.vetoes))
+    trial = replace(a, names_kept=False, vetoes=list(a.vetoes), by_least_squares=True)
     if a.named.names:
         trial.after, trial.remains = plain.curves_beside_names()
     if not a.named.names or unexplained(trial):
@@ -246,7 +247,7 @@ def _names_or_curve(a: Analysis, compared: Comparison, say: Say) -> None:
 def _fit_curve(a: Analysis, compared: Comparison, say: Say) -> None:
     while unexplained(a) and a.before and a.free is None:
         say("Fitting a free curve in the simulation")
-        found = fit_curves_in_model(compared.base, a.before, compared.held_out)
+        found = fit_curves_in_model(compared.base, a.before, compared.held_out, _most_curves(a))
         if found is None:
             return
         gain = _confirmed(compared, found)
@@ -263,6 +264,16 @@ def _fit_curve(a: Analysis, compared: Comparison, say: Say) -> None:
             _withdraw(a, found.curve.place)
         else:
             return
+
+
+def _most_curves(a: Analysis) -> int:
+    """Return the largest number of curves that are fitted.
+
+    Where only plain least squares shows that something remains, names give way to one curve alone:
+    several may explain what the names do and, beside it, what remains.
+    """
+    assert a.named is not None
+    return 1 if a.by_least_squares and a.named.names else MOST_CURVES
 
 
 def _confirmed(compared: Comparison, found: FreeCurve) -> float:

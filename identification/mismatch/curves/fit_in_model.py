@@ -48,14 +48,14 @@ MOST = 3
 
 
 def fit_curves_in_model(
-    base: Fit, curves: Sequence[Curve], held_out: Model | None
+    base: Fit, curves: Sequence[Curve], held_out: Model | None, most: int = MOST
 ) -> FreeCurve | None:
     """Fit the best located curve in the simulation, and further curves that improve the fit.
 
-    None where no curve can act in the simulation.
+    None where no curve can act in the simulation. most: largest number of curves.
     """
     found = _fit_one(base, curves, held_out)
-    while found is not None and held_out is not None and len(found.beside) + 1 < MOST:
+    while found is not None and held_out is not None and len(found.beside) + 1 < most:
         model = found.proven
         assert model is not None
         located = locate(Linearization.of(found.fit), Linearization.of(refit_on(found.fit, model)))
