@@ -33,7 +33,6 @@ class Analysis:
     failure: step and error that stopped the analysis; empty if none.
     vetoes: effects and free curves that the held-out recordings contradict.
     runs: paths of the training and held-out recordings, with their segments.
-    by_least_squares: whether curves were located by plain least squares.
     names_kept: whether the named effects stand although a free curve is significant in their residual,
     since no free curve in their place predicts better.
     """
@@ -52,7 +51,6 @@ class Analysis:
     errors: list[Error] = field(default_factory=list)
     free: FreeCurve | None = None
     vetoes: list[Veto] = field(default_factory=list)
-    by_least_squares: bool = False
     names_kept: bool = False
     proposal: tuple[str, Any] | None = None
     done: int = 0

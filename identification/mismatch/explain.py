@@ -209,17 +209,19 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
 def _free_by_least_squares(a: Analysis, plain: Comparison, say: Say) -> None:
     """Look for a free curve by plain least squares, since a noise model takes levels for noise.
 
-    Names give way only to a curve that predicts better. Where there are none, the location counts.
+    Names give way to one curve that predicts better. Several curves can replace the names and
+    explain the rest of the error as well, so they are no comparison. Where nothing was found
+    before, the location counts without a curve.
     """
     assert a.named is not None
-    trial = replace(a, names_kept=False, vetoes=list(a.vetoes), by_least_squares=True)
+    trial = replace(a, names_kept=False, vetoes=list(a.vetoes))
     if a.named.names:
         trial.after, trial.remains = plain.curves_beside_names()
     if not a.named.names or unexplained(trial):
         _keep_located(trial, plain)
         trial.headline = _headline(trial)
-        _names_or_curve(trial, plain, say)
-        if trial.free is not None or not a.named.names:
+        _names_or_curve(trial, plain, say, most=1 if a.named.names else MOST_CURVES)
+        if trial.free is not None or not (a.named.names or unexplained(a)):
             vars(a).update(vars(trial))
 
 
@@ -233,21 +235,21 @@ def _error_is_large(a: Analysis) -> bool:
     return any(e.large for e in errors(runs))
 
 
-def _names_or_curve(a: Analysis, compared: Comparison, say: Say) -> None:
-    """Decide between names that are insufficient and a free curve.
+def _names_or_curve(a: Analysis, compared: Comparison, say: Say, most: int = MOST_CURVES) -> None:
+    """Decide between names that are insufficient and free curves. most: number of curves.
 
     Without such a curve, names stay only if they gain more nats than a free curve gains in their
     residual, and if the held-out recordings confirm them.
     """
-    _fit_curve(a, compared, say)
+    _fit_curve(a, compared, say, most)
     if unexplained(a) and a.free is None and a.remains is not None and a.remains.lesser:
         a.names_kept = _names_predict_better(a, compared, CONFIRMED)
 
 
-def _fit_curve(a: Analysis, compared: Comparison, say: Say) -> None:
+def _fit_curve(a: Analysis, compared: Comparison, say: Say, most: int) -> None:
     while unexplained(a) and a.before and a.free is None:
         say("Fitting a free curve in the simulation")
-        found = fit_curves_in_model(compared.base, a.before, compared.held_out, _most_curves(a))
+        found = fit_curves_in_model(compared.base, a.before, compared.held_out, most)
         if found is None:
             return
         gain = _confirmed(compared, found)
@@ -264,16 +266,6 @@ def _fit_curve(a: Analysis, compared: Comparison, say: Say) -> None:
             _withdraw(a, found.curve.place)
         else:
             return
-
-
-def _most_curves(a: Analysis) -> int:
-    """Return the largest number of curves that are fitted.
-
-    Where only plain least squares shows that something remains, names give way to one curve alone:
-    several may explain what the names do and, beside it, what remains.
-    """
-    assert a.named is not None
-    return 1 if a.by_least_squares and a.named.names else MOST_CURVES
 
 
 def _confirmed(compared: Comparison, found: FreeCurve) -> float:

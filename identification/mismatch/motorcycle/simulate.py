@@ -289,7 +289,7 @@ def starts(
     gear = max(int(inputs.gear[0]), 1)
     rear = v / bike.rear_wheel.radius * 1.01
     drag = 0.5 * bike.body.air_density * bike.body.drag_area * v * v + 30.0
-    throttle = _at_rest(inputs, record)
+    throttle = float(record.measured.get("throttle_position", inputs.throttle_command)[0])
     return throttle, {
         "air": throttle,
         "engine_speed": rear * bike.gears[gear - 1],
@@ -297,7 +297,7 @@ def starts(
         "speed": v,
         "crank_angle": record.turned,
         "twist": drag * bike.rear_wheel.radius / bike.driveline.stiffness,
-        **dict.fromkeys(_remembered_openings(bike), throttle),
+        **dict.fromkeys(_remembered_openings(bike), _at_rest(inputs, record)),
     }
 
 
@@ -312,8 +312,8 @@ def _remembered_openings(bike: Motorcycle) -> Iterator[str]:
 def _at_rest(inputs: Inputs, record: Record) -> float:
     """Return the mean recorded opening once the servo has settled at the first command.
 
-    In a trial of spark advance nothing moves the throttle: a servo with play or dry friction stays
-    where it is, and a single reading is rounded.
+    In a trial of spark advance nothing moves the throttle: a servo with play stays where it is. The
+    mean is taken, since a single reading is rounded.
     """
     recorded = record.measured.get("throttle_position", inputs.throttle_command)
     command = inputs.throttle_command[: round(LEAD_IN / record.grid.step)]

@@ -1,6 +1,6 @@
 """When names are kept, and when a free curve replaces them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import pytest
@@ -99,3 +99,23 @@ def test_a_curve_with_which_a_held_out_error_rises_does_not_stand(ratio, predict
     assert (known.free is not None) == (ratio <= RISEN_ERROR)
     assert len(known.vetoes) == (ratio > RISEN_ERROR)
     assert known.before[0].significant
+
+
+@pytest.mark.parametrize(("found", "by_least_squares"), [(True, 0.5), (False, 0.5), (False, 1e-9)])
+def test_least_squares_take_no_alarm_back(found, by_least_squares, monkeypatch):
+    """found: whether a curve is significant with the fitted noise model; the other is p."""
+    plain = SimpleNamespace(base=None, held_out=None)
+    plain.curves = lambda: [Located("road force", p=by_least_squares)]
+    compared = SimpleNamespace(base=None, held_out=None, by_least_squares=lambda: plain)
+    monkeypatch.setattr(explain, "Comparison", lambda *_: compared)
+    monkeypatch.setattr(explain, "fit_curves_in_model", lambda *_: None)
+    monkeypatch.setattr(explain, "_error_is_large", lambda _: True)
+    monkeypatch.setattr(explain, "_headline", lambda _: "")
+    monkeypatch.setattr(explain, "operating_region", lambda *_: None)
+    monkeypatch.setattr(explain, "Linearization", SimpleNamespace(of=lambda _: None))
+    nameless = SimpleNamespace(names=[], fit=None, p=1.0)
+    known = replace(known_of(0.2, 0.2), named=nameless, after=[], remains=None)
+    known.before = [Located(PLACE, p=1e-6 if found else 0.5)]
+    explain._free(known, (), lambda _: None)
+    assert unexplained(known) == (found or by_least_squares < 0.05)
+    assert known.before[0].place == (PLACE if found else "road force")
