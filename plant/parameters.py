@@ -21,13 +21,18 @@ class Parameter:
     absent: float
     whole: bool
     smallest: float | None = None
-    sought: tuple[float, float, float] | None = None
+    sought: tuple[float, ...] = ()
     given: bool = False
 
     @property
     def sized(self) -> bool:
         """Whether this parameter is a size of its effect, rather than its shape."""
         return self.smallest is not None
+
+
+def evenly(first: float, last: float, step: float) -> tuple[float, ...]:
+    """Values from the first one to below the last one."""
+    return tuple(first + step * n for n in range(math.ceil((last - first) / step)))
 
 
 def parameter(
@@ -40,7 +45,7 @@ def parameter(
     absent: float | None = None,
     smallest: float | None = None,
     whole: bool = False,
-    sought: tuple[float, float, float] | None = None,
+    sought: tuple[float, ...] = (),
     given: bool = False,
 ) -> float:
     """Declare a field of a Block: default, SI unit, valid range (inclusive) and meaning.
@@ -49,8 +54,8 @@ def parameter(
     shapes an effect has none and keeps its typical value.
     smallest: of a parameter that sizes an effect, the least size that anybody would care for; it
     lies between absent and typical.
-    sought: of a place that no recording comes near to by chance, on the road or along a speed or a
-    frequency: the first and last at which an effect is looked for, and the step between them.
+    sought: of a place that no recording comes near to by chance, on the road, along a speed, or a
+    period: the values at which an effect is looked for, in ascending order, at least two.
     given: whether no recording determines it beside the size, because only both together act.
     """
     metadata = {

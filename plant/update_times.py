@@ -2,13 +2,18 @@
 
 A frame that repeats the one before it, while the measured value moves, was not updated. Such frames
 occur at random (stale frames) or periodically (a device that sends more often than it measures). A
-frame with another value was certainly updated, so the period is identified from these alone, also
-where nothing moves for a while: all of them are in phase with one frequency.
+frame with another value was certainly updated, so the period is identified from these alone.
+
+Random updates are as frequent soon after an update as later (their hazard is constant: Cox, "Renewal
+theory", 1962, section 1.2); periodic ones are rare at first, also where the period has jitter and
+where the value rests for a while. A period below two frames has no such gap: all of its updates are
+in phase with one frequency.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import special
 
 from slipbench.plant.signals import Floats
 
@@ -21,7 +26,10 @@ NEXT = 0.02
 KEPT = 0.7
 """Share of the coherence of exactly periodic updates from which updates count as periodic."""
 CHANCE = 15.0
-"""Updates times squared coherence; random updates exceed it once in exp(15) times."""
+"""Updates times squared coherence; random updates exceed it once in exp(15) times. Also the log
+likelihood ratio of two hazards against one."""
+RARE = 0.5
+"""Hazard soon after an update over the later one, from which updates do not count as periodic."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +69,38 @@ def rhythm(again: Floats) -> float:
     at = np.flatnonzero(fresh)
     if at.size < FEW or at.size > again.size / 1.1:
         return 0.0
-    apart = np.diff(at)
+    apart = np.diff(at[1:])  # the first frame may repeat one before the recording
     if not _less_than_two(apart):
-        shortest = float(np.quantile(apart, 0.05))
-        return _strongest(fresh, 1.0 / (shortest + 1.0), 1.02 / shortest)
+        return _mean_interval(apart)
     # Less than two frames appear as their remaining line at one less their frequency (aliasing).
-    return _strongest(fresh, 0.1, 0.5, mirrored=True)
+    return _strongest(fresh, 0.1, 0.5)
+
+
+def _mean_interval(apart: np.ndarray) -> float:
+    """Mean frames between updates, 0 where they are as frequent soon after an update as later.
+
+    Longer intervals are left out: the value rested, or a frame was lost.
+    """
+    typical = float(np.median(apart))
+    early, longest = max(1.0, typical // 2.0), max(1.5 * typical, typical + 1.0)
+    soon, later = _updates(apart, 0.0, early), _updates(apart, early, longest)
+    hazards = [events / frames for events, frames in (soon, later)]
+    both = (soon[0] + later[0]) / (soon[1] + later[1])
+    ratio = sum(_likelihood(*n) - _likelihood(*n, both) for n in (soon, later))
+    periodic = hazards[0] < RARE * hazards[1] and ratio > CHANCE
+    return float(np.mean(apart[apart <= longest])) if periodic else 0.0
+
+
+def _updates(apart: np.ndarray, after: float, until: float) -> tuple[float, float]:
+    """Updates at ages in (after, until] since the one before, and frames at these ages."""
+    frames = np.clip(apart, after, until) - after
+    return float(np.sum((apart > after) & (apart <= until))), float(np.sum(frames))
+
+
+def _likelihood(updates: float, frames: float, hazard: float | None = None) -> float:
+    """Log likelihood of updates in that many frames, nats. hazard: None: the most likely one."""
+    hazard = updates / frames if hazard is None else hazard
+    return float(special.xlogy(updates, hazard) + special.xlog1py(frames - updates, -hazard))
 
 
 def _less_than_two(apart: np.ndarray) -> bool:
@@ -80,8 +114,8 @@ def _less_than_two(apart: np.ndarray) -> bool:
     return one > 2 and (bool(about_two) or one > NEXT * apart.size)
 
 
-def _strongest(fresh: np.ndarray, low: float, high: float, mirrored: bool = False) -> float:
-    """The hold of the strongest line between two frequencies per frame, 0 where it is weak.
+def _strongest(fresh: np.ndarray, low: float, high: float) -> float:
+    """The hold whose remaining line between two frequencies per frame is strongest, 0 if weak.
 
     A periodic update is late by up to a frame, which attenuates its line to sinc(1 / hold).
     """
@@ -89,7 +123,7 @@ def _strongest(fresh: np.ndarray, low: float, high: float, mirrored: bool = Fals
     inside = (frequency >= low) & (frequency <= high)
     best = int(np.argmax(lines[inside]))
     found, line = float(frequency[inside][best]), float(lines[inside][best])
-    hold = 1.0 / (1.0 - found if mirrored else found)
+    hold = 1.0 / (1.0 - found)
     strong = np.sum(fresh) * line**2 > CHANCE
     return hold if strong and line > KEPT * float(np.sinc(1.0 / hold)) else 0.0
 

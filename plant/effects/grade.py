@@ -33,7 +33,7 @@ import math
 from dataclasses import dataclass
 
 from slipbench.plant.effects.effect import Effect, Hook
-from slipbench.plant.parameters import parameter
+from slipbench.plant.parameters import evenly, parameter
 
 
 def climb(
@@ -64,6 +64,8 @@ class Grade(Effect):
     slope: float = parameter(
         0.01, "1", -0.3, 0.3, "of the section, positive is up", absent=0.0, smallest=0.003
     )
-    place: float = parameter(50.0, "m", -1e4, 1e5, "where it begins", sought=(0.0, 400.0, 50.0))
+    place: float = parameter(
+        50.0, "m", -1e4, 1e5, "where it begins", sought=evenly(0.0, 400.0, 50.0)
+    )
     length: float = parameter(200.0, "m", 0.0, 1e5, "of the section")
     rounding: float = parameter(10.0, "m", 0.5, 1e3, "of its ends")

@@ -33,7 +33,7 @@ import math
 from dataclasses import dataclass
 
 from slipbench.plant.effects.effect import Effect, Hook
-from slipbench.plant.parameters import parameter
+from slipbench.plant.parameters import evenly, parameter
 
 
 def dip(
@@ -56,6 +56,6 @@ class TorqueDip(Effect):
 
     depth: float = parameter(5.0, "N m", -30.0, 30.0, "at the centre", absent=0.0, smallest=1.5)
     centre: float = parameter(
-        1410.0, "rad/s", 100.0, 2000.0, "crank speed of the dip", sought=(300.0, 1900.0, 80.0)
+        1410.0, "rad/s", 100.0, 2000.0, "crank speed of the dip", sought=evenly(300.0, 1900.0, 80.0)
     )
     width: float = parameter(73.0, "rad/s", 10.0, 500.0, "of the bell")

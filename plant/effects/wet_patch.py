@@ -34,7 +34,7 @@ import math
 from dataclasses import dataclass
 
 from slipbench.plant.effects.effect import Effect, Hook
-from slipbench.plant.parameters import parameter
+from slipbench.plant.parameters import evenly, parameter
 
 
 def moisten(
@@ -59,6 +59,8 @@ class WetPatch(Effect):
     loss: float = parameter(
         0.4, "1", -1.0, 0.95, "of grip on the section", absent=0.0, smallest=0.1
     )
-    place: float = parameter(50.0, "m", -1e4, 1e5, "where it begins", sought=(0.0, 400.0, 10.0))
+    place: float = parameter(
+        50.0, "m", -1e4, 1e5, "where it begins", sought=evenly(0.0, 400.0, 10.0)
+    )
     length: float = parameter(20.0, "m", 0.0, 1e5, "of the section")
     rounding: float = parameter(1.0, "m", 0.1, 1e3, "of its ends")

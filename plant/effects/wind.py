@@ -37,6 +37,9 @@ from dataclasses import dataclass
 from slipbench.plant.effects.effect import Effect, Hook
 from slipbench.plant.parameters import parameter
 
+PERIODS = tuple(1.0 / f for f in (0.3375 - 0.0125 * n for n in range(24)))
+"""s, 3 to 20: recordings of 20 s tell frequencies apart that differ by a quarter of 1/20 Hz."""
+
 
 def blow(
     drag_force: float,
@@ -68,4 +71,4 @@ class Wind(Effect):
         3.0, "m/s", -30.0, 30.0, "steady, positive is from ahead", absent=0.0, smallest=1.0
     )
     gust: float = parameter(1.5, "m/s", 0.0, 20.0, "amplitude", absent=0.0, smallest=0.5)
-    gust_period: float = parameter(8.0, "s", 0.2, 600.0, "of the gusts")
+    gust_period: float = parameter(8.0, "s", 0.2, 600.0, "of the gusts", sought=PERIODS)

@@ -47,11 +47,34 @@ def test_also_where_the_value_rests_most_of_the_time(hold, seed):
 
 
 @settings(deadline=None)
+@given(st.floats(3.0, 20.0), st.floats(0.0, 0.4), st.booleans(), seeds)
+def test_a_hold_with_jitter_is_periodic(hold, jitter, rests, seed):
+    """Every hold is longer or shorter by up to a share of it; the phase wanders without limit."""
+    rng = np.random.default_rng(seed)
+    begins = np.cumsum(hold * (1.0 + jitter * rng.uniform(-1.0, 1.0, 2 * FRAMES)))
+    fresh = np.diff(np.searchsorted(begins, np.arange(FRAMES)), prepend=-1) > 0
+    moves = np.repeat(rng.uniform(size=FRAMES // 60) < 0.5, 60) if rests else np.ones(FRAMES, bool)
+    moves[:300] = True
+    value = np.cumsum(np.where(moves, rng.standard_normal(FRAMES), 0.0))
+    assert rhythm(again_of(fresh, value)) == pytest.approx(hold, rel=0.1)
+
+
+@settings(deadline=None)
 @given(st.floats(0.0, 0.9), seeds)
 def test_by_chance_there_is_none(share, seed):
     rng = np.random.default_rng(seed)
     fresh = rng.uniform(size=FRAMES) >= share
     assert rhythm(again_of(fresh, rng.standard_normal(FRAMES))) == 0.0
+
+
+@settings(deadline=None)
+@given(st.floats(0.0, 0.9), seeds)
+def test_nor_where_the_value_rests_most_of_the_time(share, seed):
+    rng = np.random.default_rng(seed)
+    fresh = rng.uniform(size=FRAMES) >= share
+    moves = np.repeat(rng.uniform(size=FRAMES // 60) < 0.5, 60)
+    value = np.cumsum(np.where(moves, rng.standard_normal(FRAMES), 0.0))
+    assert rhythm(again_of(fresh, value)) == 0.0
 
 
 @settings(deadline=None)

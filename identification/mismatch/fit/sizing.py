@@ -6,6 +6,8 @@ Size 0 is absent, 1 typical. Effects that limit (absent at infinity) grow as the
 
 import math
 
+import numpy as np
+
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.parameters import Parameter
 
@@ -78,8 +80,8 @@ def sized(p: Parameter, size: float) -> float:
 
 def shaped(p: Parameter, nominal: float, deviation: float) -> float:
     """Return the value of a shape parameter `deviation` prior deviations from the nominal one."""
-    if p.sought is not None:
-        return nominal + deviation * p.sought[2]
+    if p.sought:
+        return nominal + deviation * spacing(p, nominal)
     if is_log_scaled(p, nominal):
         return nominal * math.exp(SHAPE * deviation)
     return nominal + deviation * (p.high - p.low) / 8.0
@@ -87,8 +89,8 @@ def shaped(p: Parameter, nominal: float, deviation: float) -> float:
 
 def as_shape(p: Parameter, nominal: float, value: float) -> float:
     """Return the distance of a value from the nominal one, in prior deviations."""
-    if p.sought is not None:
-        return (value - nominal) / p.sought[2]
+    if p.sought:
+        return (value - nominal) / spacing(p, nominal)
     if is_log_scaled(p, nominal):
         return math.log(value / nominal) / SHAPE
     return (value - nominal) * 8.0 / (p.high - p.low)
@@ -100,9 +102,14 @@ def shape_range(p: Parameter, nominal: float) -> tuple[float, float]:
     return low, as_shape(p, nominal, p.high)
 
 
+def spacing(p: Parameter, at: float) -> float:
+    """Return the distance of the values at which a parameter is sought, near one of them."""
+    return float(np.interp(at, p.sought, np.gradient(p.sought)))
+
+
 def is_log_scaled(p: Parameter, nominal: float) -> bool:
     """Return whether a shape parameter varies by factors, so that its logarithm is normal."""
-    return p.sought is None and nominal > 0.0 and p.low >= 0.0
+    return not p.sought and nominal > 0.0 and p.low >= 0.0
 
 
 def clipped(p: Parameter, value: float) -> float:

@@ -18,7 +18,7 @@ from slipbench.plant.parameters import Parameter
 
 TESTS_PER_EFFECT = 3
 NO_DISCS: Mapping[str, int] = {}
-ROAD = "m"
+ROAD, TIME = "m", "s"
 MOST_WHOLE = 48
 ABOUT = 3
 QUARTER = 2.0
@@ -97,21 +97,23 @@ def same_candidate(one: Candidate, other: Candidate) -> bool:
     )
 
 
-def place_on_the_road(pattern: Effect) -> float | None:
-    """Return the road position of an effect, in steps of the search; None if it has none."""
+def place_in_record(pattern: Effect) -> float | None:
+    """Return where on the road, or at what period, an effect acts; None if it has neither.
+
+    In steps of the search.
+    """
     for p in pattern.parameters():
-        if p.sought is not None and p.unit == ROAD:
-            return float(getattr(pattern, p.name)) / p.sought[2]
+        if p.sought and p.unit in (ROAD, TIME):
+            steps = np.arange(len(p.sought))
+            return float(np.interp(getattr(pattern, p.name), p.sought, steps))
     return None
 
 
 def _located(pattern: Effect) -> Iterator[Effect]:
     """Yield an effect at every location tested."""
     for p in pattern.parameters():
-        if p.sought is not None:
-            first, last, step = p.sought
-            for position in np.arange(first, last, step):
-                yield replace(pattern, **{p.name: float(position)})
+        if p.sought:
+            yield from (replace(pattern, **{p.name: position}) for position in p.sought)
             return
     yield pattern
 

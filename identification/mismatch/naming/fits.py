@@ -87,7 +87,7 @@ def _effective_gain(fit: Fit, base: Fit) -> float:
 
 
 def _inflation(candidates: Iterable[Hypothesis]) -> float:
-    """Largest variance inflation at placebo locations; 1 for effects without a road position."""
+    """Largest variance inflation at placebo locations; 1 for effects without any."""
     return max((c.placebo.inflation for c in candidates if c.placebo), default=1.0)
 
 

@@ -94,7 +94,7 @@ def _variances(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, list[tuple[
 def _with_placebo_inflation(
     candidates: Sequence[Hypothesis], deviation: Floats, white: Floats, freedom: Floats
 ) -> tuple[Floats, Floats]:
-    """Apply the variance inflation of placebo locations to effects located on the road."""
+    """Apply the variance inflation of placebo locations to effects that have any."""
     placebos = [(c.placebo, len(c.parameters)) for c in candidates]
     inflation = np.repeat(
         [e.inflation if e else 0.0 for e, _ in placebos], [n for _, n in placebos]

@@ -20,7 +20,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
-from slipbench.identification.mismatch.naming.candidates import place_on_the_road
+from slipbench.identification.mismatch.naming.candidates import place_in_record
 from slipbench.identification.mismatch.naming.fits import NEAR, near_ones_refined
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.replacement import replacement
@@ -227,6 +227,6 @@ def _other_variants(
     """
     candidate = score.candidate
     for other in (as_known(c, model) for c in of_one_kind(candidate, library)):
-        on_the_road = place_on_the_road(other.pattern) is not None
-        if other.name == candidate.name and other.pattern != candidate.pattern and not on_the_road:
+        by_placebo = place_in_record(other.pattern) is not None
+        if other.name == candidate.name and other.pattern != candidate.pattern and not by_placebo:
             yield other

@@ -1,9 +1,10 @@
-"""Variance inflation of effects with a road position, estimated at placebo locations.
+"""Variance inflation of effects with a road position or a period, estimated at placebo locations.
 
 An effect on a section of the road acts in few time segments, which by themselves give few degrees
-of freedom for the error of its size: a gust is as long as a slope. Two comparisons give more. At
-all other locations the effect should be absent. And at one location all trials should agree: wind
-and other disturbances differ from trial to trial.
+of freedom for the error of its size: a gust is as long as a slope, and every record has some period
+at which its wind is largest. Two comparisons give more. At all other locations, or periods, the
+effect should be absent. And at one location all trials should agree: wind and other disturbances
+differ from trial to trial.
 """
 
 from collections.abc import Sequence

@@ -22,7 +22,7 @@ from slipbench.identification.mismatch.naming.candidates import (
     half_turn_shifted,
     larger,
     other_sizes,
-    place_on_the_road,
+    place_in_record,
     reshaped,
     same_candidate,
 )
@@ -106,7 +106,7 @@ def scores(
 ) -> list[Score]:
     """Score candidates at their sizes.
 
-    kept: receives the responses of candidates with a road position, shape (rows,) each; traces:
+    kept: receives the responses of candidates with placebo locations, shape (rows,) each; traces:
     receives the changes of the best candidates.
     """
     scored: list[Score] = []
@@ -116,7 +116,7 @@ def scores(
         tested = _tested(linear, batch, columns)
         scored += tested
         for score, column, changed in zip(tested, columns.T, changes, strict=True):
-            if kept is not None and place_on_the_road(score.candidate.pattern) is not None:
+            if kept is not None and place_in_record(score.candidate.pattern) is not None:
                 kept[score.candidate] = column.copy()
             if traces is not None and score.visible_gain > TESTABLE:
                 traces.add(score.candidate, _credit(score), changed)
@@ -169,7 +169,7 @@ def placebo_locations(
     trial = recordings(linear.fit.model)
     by_trial = [linear.energy_and_correlation(columns, trial == r) for r in np.unique(trial)]
     length = np.sqrt(np.sum(columns**2, axis=0)) + 1e-300
-    positions = [place_on_the_road(p.pattern) or 0.0 for p in places]
+    positions = [place_in_record(p.pattern) or 0.0 for p in places]
     energy, correlation = (np.stack(x) for x in zip(*by_trial, strict=True))
     normalized = columns / length
     alike = normalized.T @ normalized
@@ -288,17 +288,17 @@ def of_one_kind(found: Candidate, library: Iterable[type[Effect]]) -> Iterator[C
 
 
 def _with_placebo(linear: Linearization, scored: Sequence[Score], kept: Columns) -> list[Score]:
-    """Add the variance inflation of placebo locations to candidates with a road position."""
+    """Add the variance inflation of placebo locations to candidates with other locations."""
     by_name: dict[str, list[Candidate]] = {}
     for score in scored:
-        if place_on_the_road(score.candidate.pattern) is not None:
+        if place_in_record(score.candidate.pattern) is not None:
             by_name.setdefault(score.candidate.name, []).append(score.candidate)
     locations = {name: placebo_locations(linear, places, kept) for name, places in by_name.items()}
     return [_with_inflation(score, locations) for score in scored]
 
 
 def _with_inflation(score: Score, locations: Mapping[str, Sequence[PlaceboLocation]]) -> Score:
-    position = place_on_the_road(score.candidate.pattern)
+    position = place_in_record(score.candidate.pattern)
     if position is None:
         return score
     inflation = placebo_inflation(locations[score.candidate.name], position)

@@ -10,7 +10,7 @@ from slipbench.identification.mismatch.fit.sizing import sized, sizes
 from slipbench.identification.mismatch.naming.candidates import (
     candidates,
     half_turn_shifted,
-    place_on_the_road,
+    place_in_record,
 )
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.chain_polygon import ChainPolygon
@@ -20,6 +20,7 @@ from slipbench.plant.effects.firing_torque import FiringTorque
 from slipbench.plant.effects.library import LIBRARY
 from slipbench.plant.effects.tooth_misplacement import ToothMisplacement
 from slipbench.plant.effects.torque_dip import TorqueDip
+from slipbench.plant.effects.wind import Wind
 
 TEETH = 16
 DISCS = {"rear_encoder": TEETH, "front_encoder": 48}
@@ -54,7 +55,14 @@ def like_the_first(kind):
 def test_a_dip_anywhere_in_the_range_of_engines_is_tried_within_its_own_width(centre):
     evaluated = [c.effect() for c in candidates(TorqueDip)]
     assert min(abs(dip.centre - centre) for dip in evaluated) < TorqueDip().width
-    assert all(place_on_the_road(dip) is None for dip in evaluated)
+    assert all(place_in_record(dip) is None for dip in evaluated)
+
+
+@pytest.mark.parametrize("period", np.geomspace(3.0, 20.0, 25))
+def test_gusts_of_any_period_are_tried_within_a_tenth_of_a_cycle_over_a_recording(period):
+    recording = 16.0  # s
+    evaluated = [c.effect().gust_period for c in candidates(Wind)]
+    assert min(abs(1.0 / p - 1.0 / period) for p in evaluated) * recording < 0.101
 
 
 def test_what_has_no_angle_is_not_turned():

@@ -11,6 +11,7 @@ from slipbench.plant.effects.compression_torque import CompressionTorque
 from slipbench.plant.effects.eccentricity import Eccentricity
 from slipbench.plant.effects.torque_dip import TorqueDip
 from slipbench.plant.effects.wet_patch import WetPatch
+from slipbench.plant.effects.wind import Wind
 from tests.identification.mismatch.laws.explained import effect, holds, names, reported
 from tests.identification.mismatch.laws.motorcycle import LEARN, PROVE, ridden, values
 from tests.identification.motorcycle_recording import Ride
@@ -63,6 +64,17 @@ def test_wind_is_neither_a_grade_nor_a_wet_patch_nor_another_drag():
     found = ridden(library=library, training=windy(LEARN), held_out=windy(PROVE))
     assert not found.mismatch, reported(found)
     assert not found.effects
+
+
+@pytest.mark.parametrize("period", [5.0, 6.4])
+def test_gusts_are_named_at_a_period_that_is_not_the_typical_one(period):
+    """The phase at the end of a recording follows from the period: a near one has no correlation."""
+    gusts = Wind(head_wind=6.0, gust=3.0, gust_period=period)
+    library = (*ROAD, "wind", "air_density", "closed_throttle_friction")
+    rides, proofs = (tuple(replace(r, seconds=18.0) for r in rs) for rs in (LEARN, PROVE))
+    found = ridden(gusts, library=library, training=rides, held_out=proofs)
+    assert names(found) == ["wind"], reported(found)
+    assert holds(found, "wind", "gust_period", period, slack=0.05)
 
 
 @pytest.fixture(scope="module")
