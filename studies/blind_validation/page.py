@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from slipbench.identification.mismatch.thresholds import FORMULA_WIDTH
 from slipbench.studies.blind_validation.counting import Figure, figures
 from slipbench.studies.blind_validation.generator.fault_types import LIBRARY
 from slipbench.studies.blind_validation.generator.outside import OUTSIDE
@@ -217,7 +218,9 @@ def _calibration(cases: Sequence[ScoredCase], made: Provenance) -> list[str]:
     low, high = found.band
     lines = textwrap.wrap(
         f"Ranks of the truth in {len(found.ranks)} stated posteriors, in vehicle files that err as much"
-        " as they say. Ranks of a calibrated analysis are uniform: many low and high ones show intervals"
+        f" as they say. Intervals below {200 * FORMULA_WIDTH:g} % of their value are left out: most of"
+        f" their width is the allowance for another formula of the same physics ({100 * FORMULA_WIDTH:g}"
+        " %), and where the formula is the same, the truth is in their middle. Ranks of a calibrated analysis are uniform: many low and high ones show intervals"
         f" that are too narrow. Kolmogorov-Smirnov: distance {found.distance:.3f}, p = {found.ks:.2g};"
         f" chi-square over {len(found.counts)} bins: p = {found.chi_square:.2g}. Counts:"
         f" {', '.join(map(str, found.counts))}; 99 % of the bins of uniform ranks hold {low} to {high}.",

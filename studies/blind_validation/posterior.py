@@ -35,9 +35,13 @@ class Uniformity:
 
 
 def ranks_of(cases: Iterable[ScoredCase], careless: bool = False) -> list[float]:
-    """Ranks of the truth in the stated posteriors; those of careless vehicle files apart."""
+    """Ranks of the truth in the stated posteriors; those of careless vehicle files apart.
+
+    Posteriors as narrow as the allowance for another formula are left out: where the formula is the
+    same, the truth is nearly in their middle.
+    """
     estimates = (e for c in cases for e in c.numbers if e.careless == careless)
-    return [e.rank for e in estimates if math.isfinite(e.rank)]
+    return [e.rank for e in estimates if math.isfinite(e.rank) and e.from_recordings]
 
 
 def uniformity(ranks: Iterable[float]) -> Uniformity | None:

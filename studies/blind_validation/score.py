@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from slipbench.identification.mismatch.thresholds import FORMULA_WIDTH
 from slipbench.protocol.errors import InputError
 from slipbench.studies.blind_validation.generator.case import ELSE, NOTHING, UNEXCITED
 from slipbench.studies.blind_validation.generator.fault_types import BY_NAME
@@ -46,6 +47,15 @@ class Estimate:
             return math.nan
         distance = (self.truth - self.value) / abs(side - self.value)
         return 0.5 * math.erfc(-NORMAL_95 * distance / math.sqrt(2.0))
+
+    @property
+    def from_recordings(self) -> bool:
+        """Whether the width comes from the recordings, not from the allowance for another formula.
+
+        The allowance is added in quadrature; an interval twice as wide has a seventh of its width
+        from it.
+        """
+        return self.high - self.low > 2.0 * 2.0 * FORMULA_WIDTH * abs(self.value)
 
     @property
     def holds(self) -> bool:
