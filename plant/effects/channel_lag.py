@@ -19,7 +19,7 @@ One channel trails in proportion to its own rate; fast motion is smaller in it.
 
 Confused with
 -------------
-Latency (keeps the corners): a sharp change. Relaxation length (falls with speed): two speeds.
+Latency (keeps the corners) and moving average (has an end): a sharp change. Relaxation length (falls with speed): two speeds.
 
 Reference
 ---------
@@ -71,7 +71,13 @@ class ChannelLag(Effect):
     block = "channel"
     stage = "signal"
     shows_in = ("engine_speed", "throttle_position")
-    confused_with = ("channel_latency", "relaxation_length", "optical_lag", "held_frames")
+    confused_with = (
+        "channel_latency",
+        "relaxation_length",
+        "optical_lag",
+        "held_frames",
+        "moving_average",
+    )
 
     channel: str = word("engine_speed", "which one")
     time_constant: float = parameter(

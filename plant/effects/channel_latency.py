@@ -54,6 +54,7 @@ class ChannelLatency(Effect):
         "crank_angle_delay",
         "clock_drift",
         "held_frames",
+        "moving_average",
     )
 
     channel: str = word("optical_speed", "which one")

@@ -47,6 +47,7 @@ NAMES = (
     "eccentricity",
     "channel_latency",
     "channel_lag",
+    "moving_average",
     "channel_scale",
     "direction_blind_counter",
     "quantiser",

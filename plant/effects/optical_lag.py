@@ -49,7 +49,7 @@ class OpticalLag(Effect):
     name = "optical_lag"
     block = "optical_sensor"
     shows_in = ("optical_speed",)
-    confused_with = ("relaxation_length", "channel_latency", "channel_lag")
+    confused_with = ("relaxation_length", "channel_latency", "channel_lag", "moving_average")
     states = ("seen",)
     starts = (50.0,)
     hooks = (Hook("optical_speed", trail, governs=("seen",)),)

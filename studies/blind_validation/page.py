@@ -29,8 +29,8 @@ clock drift and a bus with arbitration are in every recording and in no model. T
 of the sensors have a filter (low-pass of first order, moving mean) whose time the vehicle file states;
 a filter of unstated time is a hidden effect. Effects outside the library act over the whole record (cold
 oil, drifting torque, drifting scale of a sensor, crouching rider, retracting brake pads), at places, or
-in shapes that no effect of the library has. A name that describes such an effect fairly (a lag for a
-moving mean of the same sensor) is no wrong name. Hidden effects have
+in shapes that no effect of the library has. A name that describes such an effect fairly (a scale for a
+drifting scale of the same sensor) is no wrong name. Hidden effects have
 their own formulas where the literature has several: LuGre bristles for stiction, a tyre with
 relaxation in slip, a backlash that cannot pull, Dahl friction. The recordings pass through the
 database into run folders, which are read as any others. The ground truth is generated first, and its

@@ -21,6 +21,7 @@ from slipbench.plant.effects.effect import Effect
 from slipbench.plant.effects.held_frames import HeldFrames
 from slipbench.plant.effects.library import LIBRARY
 from slipbench.plant.effects.mounting_angle import MountingAngle
+from slipbench.plant.effects.moving_average import MovingAverage
 from slipbench.plant.effects.optical_lag import OpticalLag
 from slipbench.plant.effects.optical_scale import OpticalScale
 from slipbench.plant.effects.quantiser import Quantiser
@@ -75,6 +76,20 @@ def test_a_lag_settles_to_a_share_of_one_less_one_over_e_in_its_time():
     assert at == pytest.approx(1 - math.exp(-1), abs=half_a_sample / 0.1)
     ramp = told(ChannelLag(time_constant=0.1), 5.0 * TIME)
     assert (5.0 * TIME - ramp)[-1] == pytest.approx(0.5, rel=1e-5)
+
+
+@pytest.mark.parametrize("window", [0.3e-3, 4e-3, 25.5e-3])
+def test_an_average_trails_a_ramp_by_half_of_its_window_and_keeps_a_constant(window):
+    average = MovingAverage(window=window)
+    behind = (5.0 * TIME - told(average, 5.0 * TIME))[30:]
+    assert behind == pytest.approx(5.0 * window / 2)
+    assert told(average, np.full(TIME.size, 3.0)) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("turns", [1, 2, 3])
+def test_an_average_stops_motion_with_a_whole_number_of_periods_in_its_window(turns):
+    wave = np.sin(2 * np.pi * turns * TIME / 50e-3)
+    assert np.abs(told(MovingAverage(window=50e-3), wave))[50:].max() < 1e-12
 
 
 def test_a_wrong_sign_is_an_error_of_minus_two():

@@ -332,6 +332,16 @@ LIBRARY: tuple[FaultType, ...] = (
         memory=True,
     ),
     one_size(
+        "moving_average",
+        (),
+        10e-3,
+        40e-3,
+        parameter="window",
+        to="window",
+        subjects=("engine_speed", "optical_speed", "throttle_position"),
+        memory=True,
+    ),
+    one_size(
         "channel_scale",
         (),
         5e-3,

@@ -5,7 +5,7 @@ a low-pass of first order. A vehicle file states the low-pass as such and the mo
 group delay, half the window. The windows are so short that the mean is indistinguishable from a
 delay: 1 ms of engine speed and 10 ms of optical speed are not detected, 3 ms and 20 ms are with 45
 and 22 nats. A filter of unstated time is a hidden effect: `channel_lag`, `optical_lag`,
-`moving_mean`.
+`moving_average`.
 """
 
 from collections.abc import Mapping

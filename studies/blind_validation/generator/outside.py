@@ -229,18 +229,6 @@ OUTSIDE: tuple[FaultType, ...] = (
         inside=False,
     ),
     one_size(
-        "moving_mean",
-        (),
-        10e-3,
-        40e-3,
-        parameter="window",
-        to="window",
-        subjects=("engine_speed", "optical_speed", "throttle_position"),
-        inside=False,
-        memory=True,
-        near=("channel_latency", "channel_lag", "optical_lag"),
-    ),
-    one_size(
         "wavy_potentiometer",
         (),
         1e-3,

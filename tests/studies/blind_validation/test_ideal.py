@@ -59,7 +59,7 @@ STALE = Hidden("stale_frames", "moderate", "optical_speed", {"share": 0.1})
 TOOTH = Hidden("tooth_misplacement", "moderate", "rear_encoder", {"displacement": 1e-3, "tooth": 5})
 FRONT_TOOTH = replace(TOOTH, subject="front_encoder")
 OIL = Hidden("cold_oil_drag", "moderate", "", {"torque": 4.0, "time": 3.0})
-MEAN = Hidden("moving_mean", "moderate", "optical_speed", {"window": 40e-3})
+MEAN = Hidden("moving_average", "moderate", "optical_speed", {"window": 40e-3})
 
 
 @pytest.mark.parametrize(

@@ -184,12 +184,12 @@ def test_a_name_for_what_is_in_no_library_is_a_miss() -> None:
 
 
 def test_a_name_that_describes_what_no_library_has_fairly_is_no_wrong_name() -> None:
-    window = {**hidden("moving_mean", window=0.04), "subject": "engine_speed"}
-    truth = answer(0, "outside", window)
+    drift = {**hidden("drifting_scale", per_10_s=0.04), "subject": "engine_speed"}
+    truth = answer(0, "outside", drift)
     for name, subject, wrong in (
-        ("channel_lag", "engine_speed", ()),
-        ("channel_lag", "throttle_position", ("channel_lag.throttle_position",)),
-        ("optical_lag", "", ()),
+        ("channel_scale", "engine_speed", ()),
+        ("channel_scale", "throttle_position", ("channel_scale.throttle_position",)),
+        ("optical_scale", "", ()),
         ("backlash", "", ("backlash",)),
     ):
         told = {**FOUND, "effects": [{**effect(name), "subject": subject}]}

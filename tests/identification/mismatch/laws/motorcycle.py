@@ -72,6 +72,18 @@ def lagging(role: str, time_constant: float) -> Change:
     return values(role, lag)
 
 
+def averaged(role: str, window: float) -> Change:
+    """A channel that averages over a window, s."""
+
+    def mean(t: np.ndarray, y: np.ndarray) -> np.ndarray:
+        fine = np.arange(t[0] - window, t[-1], 1e-4)
+        kept = round(window / 1e-4)
+        means = np.convolve(np.interp(fine, t, y), np.ones(kept) / kept)[: fine.size]
+        return np.interp(t, fine[kept:], means[kept:])
+
+    return values(role, mean)
+
+
 def rounded(role: str, step: float) -> Change:
     """A channel with coarse quantization steps."""
     return values(role, lambda _, y: step * np.round(y / step))

@@ -5,6 +5,7 @@ import pytest
 from slipbench.identification.mismatch.reporting.verdict import Verdict
 from tests.identification.mismatch.laws.explained import effect, holds, names, reported
 from tests.identification.mismatch.laws.motorcycle import (
+    averaged,
     held,
     lagging,
     late,
@@ -77,6 +78,16 @@ def test_a_lag_of_the_throttle_sensor_is_one_effect_of_the_sensor():
     )
     assert names(found) == ["channel_lag.throttle_position"], reported(found)
     assert holds(found, "channel_lag", "time_constant", LAG, slack=0.03)
+
+
+@pytest.mark.parametrize(("channel", "window"), [("engine_speed", 36e-3), ("optical_speed", 40e-3)])
+def test_a_moving_average_is_one_effect_of_the_sensor(channel, window):
+    """A latency and a lag together describe it nearly as well."""
+    found = ridden(
+        library=("moving_average", *FRAMES, "relaxation_length"), change=averaged(channel, window)
+    )
+    assert names(found) == [f"moving_average.{channel}"], reported(found)
+    assert holds(found, "moving_average", "window", window, slack=0.05)
 
 
 IN_A_TABLE = pytest.mark.xfail(
