@@ -1,6 +1,6 @@
 """The calibrated system and the system with named effects, compared at one noise model."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from slipbench.identification.mismatch.curves.adequacy import Remainder, remainder
 from slipbench.identification.mismatch.curves.curve import Curve
@@ -11,6 +11,7 @@ from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.refit import refit_with_updated_jacobian
 from slipbench.identification.mismatch.simulation.model import Model
+from slipbench.identification.mismatch.thresholds import DOUBTFUL
 from slipbench.plant.errors import PlantError
 
 
@@ -43,7 +44,9 @@ class Comparison:
 
     def _curves(self, fit: Fit) -> list[Curve]:
         there = None if self.held_out is None else refit_on(fit, self.held_out)
-        return locate(Linearization.of(fit), None if there is None else Linearization.of(there))
+        curves = locate(Linearization.of(fit), None if there is None else Linearization.of(there))
+        factor = DOUBTFUL if fit.model.white else 1.0
+        return [replace(c, p=min(1.0, factor * c.p)) for c in curves]
 
     def names_predict_better(self, gain: float) -> bool:
         """Return whether named effects predict held-out recordings better than a curve.

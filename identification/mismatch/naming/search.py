@@ -51,11 +51,7 @@ from slipbench.identification.mismatch.naming.score import (
 )
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
-from slipbench.identification.mismatch.thresholds import (
-    CONTRADICTED,
-    INDISTINGUISHABLE,
-    REQUIRED_GAIN,
-)
+from slipbench.identification.mismatch.thresholds import DOUBTFUL, INDISTINGUISHABLE, REQUIRED_GAIN
 from slipbench.plant.effects.effect import Effect
 
 MOST = 3
@@ -168,7 +164,7 @@ class Search:
                 return self._with(replace(named, vetoes=tuple(vetoes)), new, finer, by_rank)
             rejected.append(new)
             vetoes.append(contradiction)
-            p = min(p, CONTRADICTED * min(rule.ps(finer)))
+            p = min(p, DOUBTFUL * min(rule.ps(finer)))
         if not any(map(accepts, by_rank)):
             p = min((rule.p(rough, t) for t in by_rank), default=1.0)
         return replace(named, vetoes=tuple(vetoes), p=p)
