@@ -189,7 +189,7 @@ this project. Each case is one ordinary analysis, `slipbench explain --vehicle M
 --held-out RUN...`, with a role map (`examples/roles`) and a model file (`examples/models`). Errors
 are RMS errors on the held-out recordings: of the model file as written, of the calibrated model, and
 of the improved model with the fitted effects. "None of the library" means: a free curve would still
-explain more than 5 % of what the effects explain (sufficiency.py), and predicts the held-out
+explain more than 5 % of what the effects explain (curves/adequacy.py), and predicts the held-out
 recordings better. Then the names are withdrawn, and the effects are shown as a fit, not as a cause.
 
 **How far this can be trusted.** No effect and no significance test was fitted to these recordings,
@@ -226,7 +226,9 @@ Changes after a result had been seen:
 - places of the new effects, after the front wheel of the Yamaha had lost its lean to a torque ripple
   and the drives had got braking loops: what repeats with an angle needs one that goes round, a
   position loop a position; look-ahead from 16 kinds instead of 8; ties of pairs in the order of
-  plausibility, after the accelerometer had lost its reversed sign to a pair 2 nats better.
+  plausibility, after the accelerometer had lost its reversed sign to a pair 2 nats better;
+- curves located by plain least squares count ten times their p, after a surrogate of the tanks, in
+  which nothing is missing, had raised an alarm at p = 0.011.
 
 A version is the SHA-256 of the analysis code and the model files; a section stays until its case is
 run again, and sections of several versions may stand side by side. Times are processor time / wall
