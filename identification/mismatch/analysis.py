@@ -33,8 +33,8 @@ class Analysis:
     failure: step and error that stopped the analysis; empty if none.
     vetoes: effects and free curves that the held-out recordings contradict.
     runs: paths of the training and held-out recordings, with their segments.
-    names_kept: whether the named effects stand although a free curve is significant in their residual,
-    since no free curve in their place predicts better.
+    names_kept: whether the named effects predict better than a free curve in their place; None: not
+    compared, what remains beside them decides.
     """
 
     system: System
@@ -51,7 +51,7 @@ class Analysis:
     errors: list[Error] = field(default_factory=list)
     free: FreeCurve | None = None
     vetoes: list[Veto] = field(default_factory=list)
-    names_kept: bool = False
+    names_kept: bool | None = None
     proposal: tuple[str, Any] | None = None
     done: int = 0
     complete: bool = False
@@ -90,7 +90,9 @@ def unexplained(a: Analysis) -> bool:
     assert a.named is not None
     if not a.named.names:
         return _any_significant(a.before) or a.named.p < FALSE_ALARM_RATE
-    return not a.names_kept and a.remains is not None and not a.remains.small
+    if a.names_kept is not None:
+        return not a.names_kept
+    return a.remains is not None and not a.remains.small
 
 
 def localizing_curve(a: Analysis) -> Curve | None:
