@@ -45,7 +45,6 @@ from slipbench.identification.mismatch.thresholds import (
     CONFIRMED,
     PAIR_SHARE,
     REQUIRED_GAIN,
-    RESIDUAL_SHARE,
     RISEN_ERROR,
 )
 from slipbench.plant.effects.effect import Effect
@@ -255,7 +254,7 @@ def _names_or_one_curve(a: Analysis, compared: Comparison, say: Say) -> None:
     band named stiction left 2 % of the mean square, and 20 % of the log-likelihood gain.
     """
     undecided = a.names_kept is None and not unexplained(a) and compared.held_out is not None
-    if undecided and a.remains is not None and a.remains.nats > RESIDUAL_SHARE:
+    if undecided and a.remains is not None and a.remains.comparable:
         trial = replace(a, names_kept=False, vetoes=list(a.vetoes))
         _fit_curve(trial, compared, say, most=1)
         if trial.free is not None:

@@ -4,14 +4,15 @@ The log-likelihood gain grows with the number of samples and with decreasing noi
 is recorded with a precision of 1e-4, the residual of a correct effect can be worth hundreds of nats
 and still be negligible beside what the effect explains. So the remaining gain is compared with the
 explained gain, in nats and in mean squares. Named effects are adequate where no free curve explains
-more than LEFT of what they explain, in at least one of the two measures. Where it is more in nats alone,
-they still give way to one free curve in their place that predicts held-out recordings better (see
-explain.py).
+more than LEFT of what they explain, in at least one of the two measures. Where it is more in nats, and in
+the geometric mean of both, they still give way to one free curve in their place that predicts held-out
+recordings better (see explain.py).
 
     residual norms b, without named effects; n, with them; c, with them and the curve:
     (n^2 - c^2) <= LEFT (b^2 - c^2)
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -39,6 +40,16 @@ class Remainder:
     def small(self) -> bool:
         """Whether the named effects are adequate."""
         return min(self.share, self.nats) <= RESIDUAL_SHARE
+
+    @property
+    def comparable(self) -> bool:
+        """Whether adequate names are compared with one curve in their place.
+
+        Their remainder is large in nats, and in the geometric mean of both measures: beside a right
+        name, 0.01 % of the mean square is certain where there is little noise.
+        """
+        both = math.sqrt(self.share * self.nats)
+        return min(self.nats, both) > RESIDUAL_SHARE
 
     @property
     def lesser(self) -> bool:
