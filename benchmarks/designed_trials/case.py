@@ -17,7 +17,6 @@ from scipy import optimize
 from slipbench.identification.experiments.evidence import expected_evidence
 from slipbench.identification.experiments.hypothesis import NOTHING, Hypothesis, hypotheses_of
 from slipbench.identification.mismatch.fit.linearization import Linearization
-from slipbench.identification.mismatch.naming.candidates import place_on_the_road
 from slipbench.identification.mismatch.naming.plausibility import SENSORS
 from slipbench.identification.mismatch.thresholds import EXCITED, INDISTINGUISHABLE, REQUIRED_GAIN
 from slipbench.plant.effects.effect import Effect
@@ -139,4 +138,5 @@ def _is_candidate(kind: type[Effect]) -> bool:
         found = hypotheses_of([kind.name, NOTHING], LIBRARY, "library")[0]
     except InputError:
         return False
-    return found.candidate is not None and place_on_the_road(found.candidate.pattern) is None
+    on_the_road = any(p.sought and p.unit == "m" for p in kind.parameters())
+    return found.candidate is not None and not on_the_road
