@@ -79,10 +79,12 @@ def rhythm(again: Floats) -> float:
 def _mean_interval(apart: np.ndarray) -> float:
     """Mean frames between updates, 0 where they are as frequent soon after an update as later.
 
+    apart: frames between updates, of which the median is at least two.
+
     Longer intervals are left out: the value rested, or a frame was lost.
     """
     typical = float(np.median(apart))
-    early, longest = max(1.0, typical // 2.0), max(1.5 * typical, typical + 1.0)
+    early, longest = typical // 2.0, 1.5 * typical
     soon, later = _updates(apart, 0.0, early), _updates(apart, early, longest)
     hazards = [events / frames for events, frames in (soon, later)]
     both = (soon[0] + later[0]) / (soon[1] + later[1])

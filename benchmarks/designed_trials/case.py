@@ -17,6 +17,7 @@ from scipy import optimize
 from slipbench.identification.experiments.evidence import expected_evidence
 from slipbench.identification.experiments.hypothesis import NOTHING, Hypothesis, hypotheses_of
 from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.naming.candidates import ROAD
 from slipbench.identification.mismatch.naming.plausibility import SENSORS
 from slipbench.identification.mismatch.thresholds import EXCITED, INDISTINGUISHABLE, REQUIRED_GAIN
 from slipbench.plant.effects.effect import Effect
@@ -138,5 +139,5 @@ def _is_candidate(kind: type[Effect]) -> bool:
         found = hypotheses_of([kind.name, NOTHING], LIBRARY, "library")[0]
     except InputError:
         return False
-    on_the_road = any(p.sought and p.unit == "m" for p in kind.parameters())
+    on_the_road = any(p.sought and p.unit == ROAD for p in kind.parameters())
     return found.candidate is not None and not on_the_road

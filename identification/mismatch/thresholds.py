@@ -38,9 +38,10 @@ CONFIRMED = 5.0
 """Gain required of an effect with a strong predicted response in held-out recordings, nats."""
 DOUBTFUL = 10.0
 """Factor on p where other evidence speaks for chance: effects that held-out recordings contradict,
-and curves located by plain least squares, which the noise model takes for noise. Lower: more alarms on
-effects of a wrong form and on coloured noise, and more by chance: one at p = 0.04 in 60 blind cases,
-one at p = 0.011 in a surrogate of tanks. What least squares are for has p below 1e-10."""
+and curves located by plain least squares, which the noise model takes for noise. Lower: more alarms
+on effects of a wrong form and on coloured noise, and more by chance: one at p = 0.04 in 60 blind
+cases, one at p = 0.011 in a surrogate of tanks. The two cases for which least squares were
+introduced have 1e-14 and 1e-27."""
 RISEN_ERROR = 1.02
 """Ratio of held-out errors above which an error has increased. 1: rejects by rounding and noise."""
 LARGE_ERROR = 5.0

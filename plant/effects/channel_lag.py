@@ -19,7 +19,8 @@ One channel trails in proportion to its own rate; fast motion is smaller in it.
 
 Confused with
 -------------
-Latency (keeps the corners) and moving average (has an end): a sharp change. Relaxation length (falls with speed): two speeds.
+Latency (keeps the corners) and moving average (has an end): a sharp change. Relaxation length
+(falls with speed): two speeds.
 
 Reference
 ---------

@@ -220,7 +220,8 @@ def _calibration(cases: Sequence[ScoredCase], made: Provenance) -> list[str]:
         f"Ranks of the truth in {len(found.ranks)} stated posteriors, in vehicle files that err as much"
         f" as they say. Intervals below {200 * FORMULA_WIDTH:g} % of their value are left out: most of"
         f" their width is the allowance for another formula of the same physics ({100 * FORMULA_WIDTH:g}"
-        " %), and where the formula is the same, the truth is in their middle. Ranks of a calibrated analysis are uniform: many low and high ones show intervals"
+        " %), and where the formula is the same, the truth is in their middle. Ranks of a calibrated"
+        " analysis are uniform: many low and high ones show intervals"
         f" that are too narrow. Kolmogorov-Smirnov: distance {found.distance:.3f}, p = {found.ks:.2g};"
         f" chi-square over {len(found.counts)} bins: p = {found.chi_square:.2g}. Counts:"
         f" {', '.join(map(str, found.counts))}; 99 % of the bins of uniform ranks hold {low} to {high}.",

@@ -4,9 +4,9 @@ The log-likelihood gain grows with the number of samples and with decreasing noi
 is recorded with a precision of 1e-4, the residual of a correct effect can be worth hundreds of nats
 and still be negligible beside what the effect explains. So the remaining gain is compared with the
 explained gain, in nats and in mean squares. Named effects are adequate where no free curve explains
-more than LEFT of what they explain, in at least one of the two measures. Where it is more in nats, and in
-the geometric mean of both, they still give way to one free curve in their place that predicts held-out
-recordings better (see explain.py).
+more than LEFT of what they explain, in at least one of the two measures. Where it is more in nats,
+and in the geometric mean of both, they still give way to one free curve in their place that
+predicts held-out recordings better (see explain.py).
 
     residual norms b, without named effects; n, with them; c, with them and the curve:
     (n^2 - c^2) <= LEFT (b^2 - c^2)

@@ -227,6 +227,6 @@ def _other_variants(
     """
     candidate = score.candidate
     for other in (as_known(c, model) for c in of_one_kind(candidate, library)):
-        by_placebo = place_in_record(other.pattern) is not None
-        if other.name == candidate.name and other.pattern != candidate.pattern and not by_placebo:
+        has_placebo = place_in_record(other.pattern) is not None
+        if other.name == candidate.name and other.pattern != candidate.pattern and not has_placebo:
             yield other

@@ -229,8 +229,9 @@ def test_ranks_are_uniform_only_where_posteriors_are_as_wide_as_their_errors(
 
 def test_ranks_in_intervals_that_are_mostly_an_allowance_for_another_formula_do_not_count() -> None:
     (plain,) = only((answer(0, "nothing"), result(0, verdict(), [])))
-    told = [Estimate("", "", 1.0, 1.0 - w, 1.0 + w, 1.0) for w in (0.02, 0.039, 0.041, 0.5)]
-    assert len(ranks_of([replace(plain, numbers=tuple(told))])) == 2
+    widths = (0.02, 0.039, 0.041, 0.5)
+    stated = tuple(Estimate("", "", 1.0, 1.0 - w, 1.0 + w, 1.0) for w in widths)
+    assert len(ranks_of([replace(plain, numbers=stated)])) == 2
 
 
 def test_too_few_ranks_are_not_tested() -> None:
