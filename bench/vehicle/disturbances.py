@@ -23,7 +23,6 @@ class DisturbanceLevels:
 
 
 ON_THE_ROAD = DisturbanceLevels()
-TEST_STAND = DisturbanceLevels(wind=0.0, combustion=0.0)
 
 
 class Disturbances:

@@ -9,6 +9,7 @@ import tomli_w
 
 from benchmarks.model_files.systems import Plant
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
@@ -58,7 +59,7 @@ def outputs_of(
         placeholders[name][0] = first
     record = system.prepare(recording(plant, {**inputs, **placeholders}, "simulated"))
     there = system.at([], np.zeros(0), tuple(effects))
-    shown = there.simulate(record, CHAIN, "system", np.zeros(record.slow.shape[1]), {})
+    shown = there.simulate(SimulationInput.undisturbed(record, CHAIN, "system"))
     found = {}
     for name in plant.outputs:
         rows = np.asarray(shown[name])[: plant.count - 1]

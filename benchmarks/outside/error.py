@@ -7,6 +7,7 @@ from scipy import optimize
 
 from slipbench.identification.mismatch.simulation.quantization import NO_GRID
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
@@ -71,7 +72,7 @@ def _simulate(system: System, record: Record, q: Floats) -> tuple[Floats, Floats
     sensor = replace(record.sensors[block.outputs[0]], quantization=NO_GRID)
     assert sensor.time is not None
     assert sensor.samples_read is not None
-    out = system.simulate(record, partition, block.subsystem, q, {})
+    out = system.simulate(SimulationInput(record, partition, block.subsystem, q))
     shown = sensor.samples(out, system.effects, 0.0, np.zeros(sensor.time.size))
     within = sensor.time <= record.grid.step * record.grid.rows
     return shown[within], sensor.samples_read[within]

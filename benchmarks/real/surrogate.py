@@ -12,6 +12,7 @@ import numpy as np
 from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.fit.held_out import simulated_only
 from slipbench.identification.mismatch.simulation.model import models
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.systems.system import DRIVE, ModelSystem
 from slipbench.plant.signals import Floats
 from slipbench.protocol.recording.recording import Recording
@@ -26,7 +27,7 @@ def surrogate(system: ModelSystem, recording: Recording, seed: int) -> Recording
     record = system.prepare(recording)
     model = models(system, [record])[0]
     slow = simulated_only(model, system, start_fit(model, model.origin())).point.q[0]
-    simulated = system.simulate(record, model.partition, DRIVE, slow, {})
+    simulated = system.simulate(SimulationInput(record, model.partition, DRIVE, slow))
     channels = dict(recording.channels)
     for name in record.sensors:
         output = system.file.outputs[name]

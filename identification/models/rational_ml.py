@@ -25,7 +25,7 @@ from slipbench.identification.models.rational_model import RationalModel
 from slipbench.identification.models.sanathanan_koerner import first_guess
 from slipbench.identification.models.serial_correlation import serial_covariance
 from slipbench.identification.models.stable_rational import GREATEST, LEAST, Order, evaluate, model
-from slipbench.identification.response.independent_lines import KnownPath, Lines
+from slipbench.identification.response.independent_lines import Lines
 from slipbench.identification.response.response import ComplexArray
 from slipbench.protocol.recording.channel import FloatArray
 
@@ -324,12 +324,3 @@ def _deviation(own: float, others: list[tuple[float, float, float]]) -> float:
 
 def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(np.einsum("ij,jk,ik->i", rows, covariance, rows), 0.0))
-
-
-def with_path(fit: RationalFit, path: KnownPath) -> RationalModel:
-    """The model of a response from which a known path was removed."""
-    found = fit.model
-    poles = np.concatenate((found.poles, [-1 / lag for lag in path.lags]))
-    zeros = np.concatenate((found.zeros, [-1 / lead for lead in path.leads]))
-    gain = found.gain * float(np.prod(path.leads)) / float(np.prod(path.lags))
-    return replace(found, poles=poles, zeros=zeros, gain=gain, delay=found.delay + path.delay)

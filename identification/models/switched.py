@@ -13,7 +13,7 @@ and the dead time tau are shared. A linear model is one whose two directions are
     slip = simulate(model, command - command[0], opening(command), 1000.0)
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -71,13 +71,6 @@ class SwitchedModel:
 
         a, b, c = observability_form(*polynomials(self, mode))
         return control.ss(a, b[:, None], c[None, :], 0.0, inputs=[names[0]], outputs=[names[1]])
-
-
-def as_linear(model: SwitchedModel) -> SwitchedModel:
-    """Replace both directions by their mean."""
-    both = zip(*((d.gain, d.pole, d.zero) for d in model.directions), strict=True)
-    mean = Direction(*(float(np.mean(pair)) for pair in both))
-    return replace(model, opening=mean, closing=mean)
 
 
 def polynomials(model: SwitchedModel, mode: int) -> tuple[FloatArray, FloatArray]:

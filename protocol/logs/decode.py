@@ -1,6 +1,6 @@
 """Decode a whole log at once: frames sorted by message, then each signal as a column."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -174,11 +174,6 @@ def decode(sorted_log: SortedLog) -> Mapping[str, Mapping[str, Samples]]:
     }
 
 
-def unknown_multiplexers(frames: Frames) -> Mapping[str, int]:
-    """Number of frames by multiplexer whose value selects no signal of the database."""
-    return {name: count for name, count in _unknown_multiplexers(frames) if count}
-
-
 def _frames(message: Message, rows: Rows, payloads: extract.Words) -> Frames:
     needed = -(-message.length // 8)
     if not rows.size:  # a log of short payloads may have fewer words than the message needs
@@ -244,17 +239,3 @@ def _among(raw: extract.Raw, values: tuple[int, ...]) -> npt.NDArray[np.bool_]:
     if len(values) == 1 and raw.dtype == np.int64:
         return np.asarray(raw == values[0])
     return np.isin(raw, values)
-
-
-def _unknown_multiplexers(frames: Frames) -> Iterator[tuple[str, int]]:
-    for signal in frames.message.signals:
-        known = [*signal.choices, *_selected(frames.message, signal)]
-        if signal.is_multiplexer and known:
-            found = np.isin(frames.samples(signal.name).raw, known)
-            yield signal.name, int(np.count_nonzero(~found))
-
-
-def _selected(message: Message, multiplexer: Signal) -> Iterator[int]:
-    for signal in message.signals:
-        if signal.multiplexer == multiplexer.name:
-            yield from signal.multiplexer_ids

@@ -11,12 +11,10 @@ from slipbench.protocol.errors import InputError
 RESPONSE, ERROR, EVENT, SERVICE = 0xFF, 0xFE, 0xFD, 0xFC
 CONNECT = bytes((0xFF, 0))
 DISCONNECT = bytes((0xFE,))
-GET_STATUS = bytes((0xFD,))
 GET_DAQ_PROCESSOR_INFO = bytes((0xDA,))
 FREE_DAQ = bytes((0xD6,))
 START_SELECTED, STOP_ALL = bytes((0xDD, 1)), bytes((0xDD, 0))
 
-DAQ_RESOURCE = 0x04
 DYNAMIC = 0x01  # of DAQ_PROPERTIES
 ERRORS = {
     0x00: "command processor synchronization",

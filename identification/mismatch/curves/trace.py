@@ -19,7 +19,12 @@ from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint, at_sensor
 from slipbench.identification.mismatch.simulation.input_disturbance import InputDisturbance
-from slipbench.identification.mismatch.simulation.model import Runs, Series, added_inputs, predict
+from slipbench.identification.mismatch.simulation.model import (
+    Runs,
+    Series,
+    predict,
+    simulation_input,
+)
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.regressor import (
     DETAIL,
@@ -41,10 +46,8 @@ def regressors(fit: Fit, subsystem: str, r: int) -> Mapping[str, Floats]:
 
     Shape (rows,) each; (2, rows) for a scale, see `regressor.scale`.
     """
-    model = fit.model
-    model_inputs = added_inputs(model, fit.point, r)
-    system, record, q = model.at(fit.point), model.records[r], fit.point.q[r]
-    return system.regressors(record, model.partition, subsystem, q, model_inputs)
+    system = fit.model.at(fit.point)
+    return system.regressors(simulation_input(fit.model, fit.point, r, subsystem))
 
 
 def regressors_by_record(fit: Fit, subsystem: str) -> RecordRegressors:

@@ -11,11 +11,11 @@ from slipbench.identification.mismatch.simulation.model import (
     Point,
     Runs,
     Series,
-    added_inputs,
     clock_derivatives,
     misplace,
     output_derivatives,
     predict,
+    simulation_input,
 )
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.simulation.threads import in_threads
@@ -48,13 +48,7 @@ def _derive(
 ) -> bool:
     """Write sensitivities of one subsystem of one record; return False without derivatives."""
     derivatives = system.derivatives(
-        model.records[record],
-        model.partition,
-        subsystem,
-        point.q[record],
-        added_inputs(model, point, record),
-        model.known,
-        point.x,
+        simulation_input(model, point, record, subsystem), model.known, point.x
     )
     if derivatives is None:
         return False

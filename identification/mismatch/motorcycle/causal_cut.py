@@ -31,7 +31,6 @@ SPEEDS = (
 SERVO_SEAMS = tuple(e.__name__ for e in EQUATIONS)[
     : [e.__name__ for e in EQUATIONS].index("air_delay")
 ]
-WHEEL_SIDE = {"measured_engine_speed": "engine_speed", "measured_rear_speed": "rear"}
 
 
 def partition(records: Sequence[Record], order: int = 12) -> CausalPartition:

@@ -8,9 +8,9 @@ import numpy as np
 
 from slipbench.identification.mismatch.motorcycle.causal_cut import SERVO_SEAMS, changes_simulation
 from slipbench.identification.mismatch.motorcycle.record import LEAD_IN, TRUE_SPEED
-from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.simulation.recent import Recent
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.motorcycle import Motorcycle
 from slipbench.plant.signals import FREE, Floats, Inputs, Outputs
@@ -37,74 +37,47 @@ def steps_per_row(subsystem: str, finer: int, servo_steps: int = SERVO_STEPS) ->
     return servo_steps if subsystem == "servo" else finer
 
 
-def simulate(
-    bike: Motorcycle,
-    record: Record,
-    partition: CausalPartition,
-    subsystem: str,
-    q: Floats,
-    added: Mapping[str, Floats],
-) -> Outputs:
-    """Simulate one subsystem of one record.
-
-    q: slow road, one value for each column of `record.slow`, shape (K,); added: to columns of the
-    inputs by name, SI, shape (rows,) each.
-    """
-    simulation, state, inputs = ready(bike, record, partition, subsystem, q, added)
+def simulate(bike: Motorcycle, given: SimulationInput) -> Outputs:
+    """Simulate one subsystem of one record."""
+    simulation, state, inputs = ready(bike, given)
     return simulation.advance(state, inputs)[1]
 
 
-def shown(
-    bike: Motorcycle,
-    record: Record,
-    partition: CausalPartition,
-    subsystem: str,
-    q: Floats,
-    added: Mapping[str, Floats],
-    finer: int,
-) -> Mapping[str, Floats]:
-    """Return the result of `simulate`, but only columns that sensors of this subsystem measure.
+def observed(bike: Motorcycle, given: SimulationInput, finer: int) -> Mapping[str, Floats]:
+    """Return the result of `simulate`, but only columns that sensors of the subsystem measure.
 
-    By name, SI, shape (rows,) each. They are cached for other calls and must not be modified. q,
-    added: as for `simulate`; finer: integration steps per row.
+    By name, SI, shape (rows,) each. They are cached for other calls and must not be modified.
+    finer: integration steps per row.
     """
-    outputs = [
-        o for block in partition.groups if block.subsystem == subsystem for o in block.outputs
-    ]
-    columns = tuple(sorted({column for o in outputs for column in record.sensors[o].observation}))
-    if subsystem == "servo" and not added:
-        return _servo(bike, record, partition, columns)
-    simulation, state, inputs = ready(
-        bike, record, partition, subsystem, q, added, finer, subsystem == "servo"
-    )
-    return simulation.trajectories(state, inputs, columns)
+    servo = given.subsystem == "servo"
+    if servo and not given.added:
+        return _servo(bike, given, given.observed)
+    simulation, state, inputs = ready(bike, given, finer, servo)
+    return simulation.trajectories(state, inputs, given.observed)
 
 
 def ready(
     bike: Motorcycle,
-    record: Record,
-    partition: CausalPartition,
-    subsystem: str,
-    q: Floats,
-    added: Mapping[str, Floats],
+    given: SimulationInput,
     finer: int = FINER,
     servo_only: bool = False,
     servo_steps: int = SERVO_STEPS,
 ) -> tuple[Simulation, Floats, Inputs]:
     """Return the simulation, its initial state and its inputs; they must not be modified.
 
-    The initial state is that of `Simulation.state`, shape (size,). q, added: as for `simulate`;
-    finer: integration steps per row, of the motion; servo_steps: of the throttle servo alone.
+    The initial state is that of `Simulation.state`, shape (size,). finer: integration steps per
+    row, of the motion; servo_steps: of the throttle servo alone.
     """
+    record = given.record
     step = record.grid.step
-    steps = steps_per_row(subsystem, finer, servo_steps)
+    steps = steps_per_row(given.subsystem, finer, servo_steps)
     simulation = _simulation(bike, step, steps, servo_only)
     warm_up = round(LEAD_IN / step)
     speed = true_speed(record, bike, warm_up + SMOOTH)
-    table = _table(bike, record, partition, subsystem, q, smoothed(speed)[:warm_up])
-    if added:
+    table = _table(bike, given, smoothed(speed)[:warm_up])
+    if given.added:
         table = table.copy()
-    for name, waveform in added.items():
+    for name, waveform in given.added.items():
         table[:, Inputs.names.index(name)] += waveform
     inputs = Inputs(table)
     return simulation, _begin(simulation, inputs, record, speed), inputs
@@ -130,17 +103,12 @@ _SERVOS: Recent[Mapping[str, Floats]] = Recent(6)
 _ERRORS: Recent[Floats] = Recent(6)
 
 
-def _table(
-    bike: Motorcycle,
-    record: Record,
-    partition: CausalPartition,
-    subsystem: str,
-    q: Floats,
-    initial_speed: Floats,
-) -> Floats:
+def _table(bike: Motorcycle, given: SimulationInput, initial_speed: Floats) -> Floats:
     """Inputs of a subsystem, by row; cached, not to be modified. initial_speed: of the warm-up."""
-    drivers = partition.subsystems[subsystem]
-    faulty = tuple(e for e in bike.effects if changes_simulation(e, partition, subsystem))
+    record, drivers, q = given.record, given.drivers, given.q
+    faulty = tuple(
+        e for e in bike.effects if changes_simulation(e, given.partition, given.subsystem)
+    )
     by_angle = any(e.unseen_turn for e in bike.effects)
     causes = (faulty, *_servo_parts(bike)) if faulty and drivers else None
 
@@ -148,7 +116,7 @@ def _table(
         table = _driven_inputs(record, drivers).copy()
         for source, column in drivers:
             if faulty:
-                error = _sensor_error(bike, record, partition, faulty, source)
+                error = _sensor_error(bike, given, faulty, source)
                 table[:, Inputs.names.index(column)] -= error
         inputs = Inputs(table)
         if q.size:
@@ -172,34 +140,31 @@ def _recorded_wheel_speed(record: Record) -> Floats | float:
 
 
 def _sensor_error(
-    bike: Motorcycle,
-    record: Record,
-    partition: CausalPartition,
-    faulty: tuple[Effect, ...],
-    source: str,
+    bike: Motorcycle, given: SimulationInput, faulty: tuple[Effect, ...], source: str
 ) -> Floats:
     """Return the error of the signal that drives a subsystem, row by row.
 
     It is computed from the simulation that ends at the sensor, which only the throttle has.
     """
+    record = given.record
     sensor = record.sensors[source]
 
     def make() -> Floats:
-        out = _servo(bike, record, partition, tuple(sorted(sensor.observation)))
+        out = _servo(bike, given, tuple(sorted(sensor.observation)))
         return sensor.error(out, faulty, record.time)
 
     return _ERRORS.of(record, (source, faulty, *_servo_parts(bike)), make)
 
 
 def _servo(
-    bike: Motorcycle, record: Record, partition: CausalPartition, columns: tuple[str, ...]
+    bike: Motorcycle, given: SimulationInput, columns: tuple[str, ...]
 ) -> Mapping[str, Floats]:
     """Outputs of the throttle servo for the recorded command; cached, not to be modified."""
+    record = given.record
 
     def make() -> Mapping[str, Floats]:
-        simulation, state, inputs = ready(
-            bike, record, partition, "servo", NO_ROAD, {}, servo_only=True
-        )
+        alone = SimulationInput(record, given.partition, "servo", NO_ROAD)
+        simulation, state, inputs = ready(bike, alone, servo_only=True)
         return simulation.trajectories(state, inputs, columns)
 
     return _SERVOS.of(record, (columns, *_servo_parts(bike)), make)

@@ -19,7 +19,7 @@ from slipbench.identification.mismatch.motorcycle.regressors import (
     motion_regressors,
     servo_regressors,
 )
-from slipbench.identification.mismatch.motorcycle.simulate import FINER, shown, simulate
+from slipbench.identification.mismatch.motorcycle.simulate import FINER, observed, simulate
 from slipbench.identification.mismatch.motorcycle.tangents import derivatives
 from slipbench.identification.mismatch.motorcycle.turns import crank_turns
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
@@ -27,6 +27,7 @@ from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.derivatives import Derivatives
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.simulation.turn import Turn
 from slipbench.identification.mismatch.simulation.written_units import SI, WrittenUnits
@@ -182,41 +183,23 @@ class MotorcycleSystem(System):
         )
         return not drives and (hasattr(effect, "measure") or hasattr(effect, "tooth_offsets"))
 
-    def simulate(
-        self,
-        record: Record,
-        partition: CausalPartition,
-        subsystem: str,
-        q: Floats,
-        added: Mapping[str, Floats],
-    ) -> Mapping[str, Floats]:
-        """Simulate one subsystem of one record. Returns columns by name, SI, shape (rows,) each.
-
-        q: slow road, shape (K,); added: to columns of the inputs, SI, shape (rows,) each.
-        """
-        return shown(self.vehicle.motorcycle, record, partition, subsystem, q, added, self.finer)
+    def simulate(self, given: SimulationInput) -> Mapping[str, Floats]:
+        """Simulate one subsystem of one record. Returns columns by name, SI, shape (rows,) each."""
+        return observed(self.vehicle.motorcycle, given, self.finer)
 
     def derivatives(
-        self,
-        record: Record,
-        partition: CausalPartition,
-        subsystem: str,
-        q: Floats,
-        added: Mapping[str, Floats],
-        known: Sequence[Coordinate],
-        x: Floats,
+        self, given: SimulationInput, known: Sequence[Coordinate], x: Floats
     ) -> Derivatives:
         """Simulate one subsystem with tangents, shape (rows, directions) by column.
 
-        q, added: as for `simulate`; x: coordinates of `known`, (n,).
+        x: coordinates of `known`, (n,).
         """
         numbers = [
-            i for i, k in enumerate(known) if subsystem in self.affected_subsystems(partition, k)
+            i
+            for i, k in enumerate(known)
+            if given.subsystem in self.affected_subsystems(given.partition, k)
         ]
-        bike = self.vehicle.motorcycle
-        return derivatives(
-            bike, record, partition, subsystem, q, added, self.finer, known, x, numbers
-        )
+        return derivatives(self.vehicle.motorcycle, given, self.finer, known, x, numbers)
 
     def acts_at(self, effect: Effect) -> str:
         """Return the injection point of an effect's first seam, or the sensor of its channel."""
@@ -249,23 +232,16 @@ class MotorcycleSystem(System):
         """
         return places.columns(place, self.vehicle.motorcycle, record, waveform)
 
-    def regressors(
-        self,
-        record: Record,
-        partition: CausalPartition,
-        subsystem: str,
-        q: Floats,
-        added: Mapping[str, Floats],
-    ) -> Mapping[str, Floats]:
+    def regressors(self, given: SimulationInput) -> Mapping[str, Floats]:
         """Return regressors of the servo, or of the motion from the throttle plate to the road.
 
-        SI, shape (rows,) each; (2, rows) for a scale. q, added: as for `simulate`.
+        SI, shape (rows,) each; (2, rows) for a scale.
         """
-        out = simulate(self.vehicle.motorcycle, record, partition, subsystem, q, added)
         bike = self.vehicle.motorcycle
-        if subsystem == "servo":
-            return servo_regressors(record, out, bike.throttle_servo.delay)
-        return motion_regressors(record, out, bike.engine.spark_delay)
+        out = simulate(bike, given)
+        if given.subsystem == "servo":
+            return servo_regressors(given.record, out, bike.throttle_servo.delay)
+        return motion_regressors(given.record, out, bike.engine.spark_delay)
 
     def experiments(self) -> Sequence[Choice]:
         """Return sweeps and square waves of throttle and spark."""

@@ -1,6 +1,6 @@
 """Derivatives of one subsystem of one recording to vehicle parameters, in one simulation."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,10 +13,10 @@ from slipbench.identification.mismatch.motorcycle.simulate import (
     starts,
     true_speed,
 )
-from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.derivatives import Derivatives
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.plant.motorcycle import Motorcycle
 from slipbench.plant.sensitivities import sensitivities
 from slipbench.plant.signals import Floats, Inputs
@@ -32,27 +32,22 @@ ROLLING = ("front_wheel", "rear_wheel", "gears")
 
 def derivatives(
     bike: Motorcycle,
-    record: Record,
-    partition: CausalPartition,
-    subsystem: str,
-    q: Floats,
-    added: Mapping[str, Floats],
+    given: SimulationInput,
     finer: int,
     known: Sequence[Coordinate],
     x: Floats,
     numbers: Sequence[int],
 ) -> Derivatives:
-    """Simulate as `simulate.shown`, with derivatives to coordinates and the slow disturbance.
+    """Simulate as `simulate.observed`, with derivatives to coordinates and the slow disturbance.
 
     bike: at the coordinates x of `known`, (n,); numbers: indices of the coordinates that act in
     this subsystem. The slow disturbance acts in the motion only. The derivatives of a column have
     shape (rows, directions).
     """
-    simulation, state, inputs = ready(
-        bike, record, partition, subsystem, q, added, finer, subsystem == "servo", SERVO_STEPS
-    )
+    record, servo = given.record, given.subsystem == "servo"
+    simulation, state, inputs = ready(bike, given, finer, servo, SERVO_STEPS)
     parameters = [i for i in numbers if not known[i].of_clock]
-    slow = 0 if subsystem == "servo" else q.size
+    slow = 0 if servo else given.q.size
     states = np.zeros((len(simulation.layout.states), len(parameters) + slow))
     waveforms: dict[str, Floats] = {}
     if slow:
@@ -68,11 +63,7 @@ def derivatives(
             )
             waveform[: warm_up.size, column] = warm_up
     names = {_parameter(known[i]): column for column, i in enumerate(parameters)}
-    outputs = [
-        o for block in partition.groups if block.subsystem == subsystem for o in block.outputs
-    ]
-    columns = sorted({column for o in outputs for column in record.sensors[o].observation})
-    out, slopes = sensitivities(simulation, state, inputs, columns, names, states, waveforms)
+    out, slopes = sensitivities(simulation, state, inputs, given.observed, names, states, waveforms)
     scale = np.ones(len(parameters) + slow)
     scale[: len(parameters)] = [_per_coordinate(bike, known[i], float(x[i])) for i in parameters]
     for rows in slopes.values():

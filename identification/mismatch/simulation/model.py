@@ -16,6 +16,7 @@ from slipbench.identification.mismatch.simulation.input_disturbance import Input
 from slipbench.identification.mismatch.simulation.once import once
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sensor import Columns, Quantizes, Sensor
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.encoder import Misplaces
@@ -157,19 +158,26 @@ def models(system: System, *sets: Sequence[Record]) -> list[Model]:
     return [Model(system, tuple(records), partition, known) for records in sets]
 
 
-def added_inputs(
-    model: Model, point: Point, record: int, extra: Mapping[str, Floats] | None = None
-) -> dict[str, Floats]:
-    """Return values added to a record's inputs: injected, of the point's effects, extra.
+def simulation_input(
+    model: Model,
+    point: Point,
+    record: int,
+    subsystem: str,
+    extra: Mapping[str, Floats] | None = None,
+) -> SimulationInput:
+    """Return the input of a simulation, with all values that are added to a record's inputs.
 
-    They and extra are by name of the input, SI, shape (rows,) each.
+    They are injected, of the point's effects, or extra: by name of the input, SI, shape (rows,)
+    each.
     """
     added: dict[str, Floats] = {}
     for waveforms in (*_disturbances(model, point, record), extra or {}):
         for name, waveform in waveforms.items():
             if not name.startswith(SENSOR):
                 added[name] = added[name] + waveform if name in added else waveform
-    return added
+    return SimulationInput(
+        model.records[record], model.partition, subsystem, point.q[record], added
+    )
 
 
 def _disturbances(model: Model, point: Point, record: int) -> list[Mapping[str, Floats]]:
@@ -190,10 +198,7 @@ def simulate(
     extra: values added to columns of the inputs, SI, shape (rows,) each.
     """
     simulated = model.at(point) if system is None else system
-    added = added_inputs(model, point, record, extra)
-    return simulated.simulate(
-        model.records[record], model.partition, subsystem, point.q[record], added
-    )
+    return simulated.simulate(simulation_input(model, point, record, subsystem, extra))
 
 
 def predict(

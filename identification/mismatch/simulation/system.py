@@ -18,6 +18,7 @@ from slipbench.identification.mismatch.simulation.derivatives import Derivatives
 from slipbench.identification.mismatch.simulation.injection_point import InjectionPoint
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sensor import Columns
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.simulation.turn import Turn
 from slipbench.identification.mismatch.simulation.written_units import SI, WrittenUnits
 from slipbench.plant.effects.effect import Effect
@@ -124,36 +125,17 @@ class System(ABC):
     # Simulation.
 
     @abstractmethod
-    def simulate(
-        self,
-        record: Record,
-        partition: CausalPartition,
-        subsystem: str,
-        q: Floats,
-        added: Mapping[str, Floats],
-    ) -> Columns:
-        """Simulate one subsystem of one record; each column has shape (rows,).
-
-        q: slow disturbance, one value for each column of `record.slow`, shape (K,); added: to
-        columns of the inputs by name, SI, shape (rows,) each. Raises PlantError where it cannot
-        run.
-        """
+    def simulate(self, given: SimulationInput) -> Columns:
+        """Simulate; each column has shape (rows,). Raises PlantError where it cannot run."""
 
     def derivatives(
-        self,
-        record: Record,
-        partition: CausalPartition,
-        subsystem: str,
-        q: Floats,
-        added: Mapping[str, Floats],
-        known: Sequence[Coordinate],
-        x: Floats,
+        self, given: SimulationInput, known: Sequence[Coordinate], x: Floats
     ) -> Derivatives | None:
-        """Simulate one subsystem with derivatives of the columns of its sensors, or return None.
+        """Simulate with derivatives of the columns of the subsystem's sensors, or return None.
 
         With respect to the coordinates `known`, at x, (n,), that change this subsystem, and to the
-        slow disturbance if it acts here; q, added: as for `simulate`. None where derivatives are
-        not available. Raises PlantError where it cannot run.
+        slow disturbance if it acts here. None where derivatives are not available. Raises
+        PlantError where it cannot run.
         """
         return None
 
@@ -172,17 +154,10 @@ class System(ABC):
         """
 
     @abstractmethod
-    def regressors(
-        self,
-        record: Record,
-        partition: CausalPartition,
-        subsystem: str,
-        q: Floats,
-        added: Mapping[str, Floats],
-    ) -> Mapping[str, Floats]:
-        """Return the regressors of effects in a subsystem by name.
+    def regressors(self, given: SimulationInput) -> Mapping[str, Floats]:
+        """Return the regressors of effects in a simulated subsystem by name.
 
-        SI, shape (rows,) each; (2, rows) for a scale. q, added: as for `simulate`.
+        SI, shape (rows,) each; (2, rows) for a scale.
         """
 
     @property

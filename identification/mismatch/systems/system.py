@@ -20,6 +20,7 @@ from slipbench.identification.mismatch.simulation.injection_point import Injecti
 from slipbench.identification.mismatch.simulation.once import once
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.regressor import DETAIL, TURN, kind_of, with_kinds
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.simulation.turn import Turn
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
@@ -291,19 +292,9 @@ class ModelSystem(System):
         """Return True: there is only one subsystem."""
         return True
 
-    def simulate(
-        self,
-        record: Record,
-        partition: CausalPartition,
-        subsystem: str,
-        q: Floats,
-        added: Mapping[str, Floats],
-    ) -> SimulatedColumns:
-        """Simulate a record; each column has shape (rows,).
-
-        q: of the slow columns, shape (K,); added: disturbances by place, SI, shape (rows,) each.
-        """
-        return self.simulator.run(self._task(record, q, added))
+    def simulate(self, given: SimulationInput) -> SimulatedColumns:
+        """Simulate a record; each column has shape (rows,)."""
+        return self.simulator.run(self._task(given.record, given.q, given.added))
 
     def _task(self, record: Record, q: Floats, added: Mapping[str, Floats]) -> Task:
         names = self.equations.places
@@ -372,19 +363,12 @@ class ModelSystem(System):
         """
         return {name: factor * course for name, factor in place.inputs.items()}
 
-    def regressors(
-        self,
-        record: Record,
-        partition: CausalPartition,
-        subsystem: str,
-        q: Floats,
-        added: Mapping[str, Floats],
-    ) -> Mapping[str, Floats]:
+    def regressors(self, given: SimulationInput) -> Mapping[str, Floats]:
         """Return recorded inputs, simulated states and seams, their rates, and time.
 
-        SI, shape (rows,) each; (2, rows) for a scale. q, added: as for `simulate`.
+        SI, shape (rows,) each; (2, rows) for a scale.
         """
-        out = self.simulate(record, partition, subsystem, q, added)
+        record, out = given.record, self.simulate(given)
         found = {TIME: record.time}
         for k, name in enumerate(self.equations.inputs):
             found[_word(name)] = record.inputs[:, k]

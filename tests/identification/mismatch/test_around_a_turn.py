@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.systems.placing import unseen_angle
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.errors import InputError
@@ -34,8 +35,7 @@ periodic = true
 def speed_of(system: ModelSystem) -> np.ndarray:
     """Speed as simulated."""
     record = system.prepare(turned(3, "tacho", orders(), seconds=4.0))
-    quiet = np.zeros(record.slow.shape[1])
-    return system.simulate(record, CHAIN, "system", quiet, {})["speed"]
+    return system.simulate(SimulationInput.undisturbed(record, CHAIN, "system"))["speed"]
 
 
 def a_wave(folder: Path, order: int = 2, knots: np.ndarray = KNOTS) -> ModelSystem:

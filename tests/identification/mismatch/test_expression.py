@@ -5,6 +5,7 @@ import pytest
 
 from slipbench.identification.mismatch.runs import read_system
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.systems.expression import DEEPEST, read_expression
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.spring import MODEL, recorded
@@ -45,6 +46,8 @@ def test_a_disturbance_is_added_to_the_value_of_the_whole_equation(equation, tmp
     spring = read_system(path)
     record = spring.prepare(recorded(7, seconds=1.0))
     quiet, added = np.zeros(record.slow.shape[1]), {"deflection": np.ones(record.grid.rows)}
-    plain, disturbed = (spring.simulate(record, CHAIN, "system", quiet, a) for a in ({}, added))
+    plain, disturbed = (
+        spring.simulate(SimulationInput(record, CHAIN, "system", quiet, a)) for a in ({}, added)
+    )
     assert np.allclose(plain["deflection"], 1.0)
     assert np.allclose(disturbed["deflection"], 2.0)

@@ -12,6 +12,7 @@ from slipbench.identification.mismatch.reporting.conclude import verdict
 from slipbench.identification.mismatch.runs import read_system
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.simulation.piece import Piece
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.systems.clock_search import best_shift
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME, LIBRARY
 from slipbench.identification.mismatch.systems.expression import read_expression
@@ -59,8 +60,7 @@ def settled(lagging):
 
 def shown(spring, record, *effects):
     there = spring.at([], np.zeros(0), effects)
-    quiet = np.zeros(record.slow.shape[1])
-    return there.simulate(record, CHAIN, "system", quiet, {})["place"]
+    return there.simulate(SimulationInput.undisturbed(record, CHAIN, "system"))["place"]
 
 
 def simulated_or_nan(spring, record, effect):

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.runs import read_system
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.systems.effects.back_drive_loss import lose
 from slipbench.identification.mismatch.systems.effects.braking_loop import approach
 from slipbench.identification.mismatch.systems.effects.elastic_backlash import strike
@@ -42,7 +43,7 @@ def record(machine):
 
 def shown(machine, record, *effects):
     there = machine.at([], np.zeros(0), effects)
-    return there.simulate(record, CHAIN, "system", np.zeros(record.slow.shape[1]), {})["encoder"]
+    return there.simulate(SimulationInput.undisturbed(record, CHAIN, "system"))["encoder"]
 
 
 def kinds(machine, name):

@@ -9,6 +9,7 @@ from slipbench.identification.mismatch.motorcycle.record import prepare
 from slipbench.identification.mismatch.motorcycle.regressors import servo_regressors
 from slipbench.identification.mismatch.motorcycle.simulate import rolling, simulate
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.plant.effects.radius_growth import RadiusGrowth
 from slipbench.plant.effects.radius_with_lean import RadiusWithLean
 from slipbench.plant.signals import Inputs
@@ -41,7 +42,7 @@ def test_a_reading_of_the_position_moves_no_regressor_of_its_own_bin_or_before(r
     vehicle, record = ready
     system = MotorcycleSystem(vehicle)
     chain = system.partition([record])
-    out = simulate(vehicle.motorcycle, record, chain, "servo", np.empty(0), {})
+    out = simulate(vehicle.motorcycle, SimulationInput(record, chain, "servo", np.empty(0)))
     row = 6000
     position = record.measured["throttle_position"].copy()
     position[row] += 0.01

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.curves.scan import RIDGE, _cross_predicted, _shrunk, _solved
 from slipbench.identification.mismatch.simulation.regressor import kind_of, quantity_of, with_kinds
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.recording.channel import Channel
 from slipbench.protocol.recording.recording import Recording
@@ -109,8 +110,8 @@ def test_inputs_that_rest_together_in_one_recording_keep_their_regressors(tmp_pa
     channels = {r: Channel(r, time, y, "m", "bus", "made") for r, y in waves.items()}
     record = system.prepare(Recording(tmp_path, {}, None, roles, channels, {}))
     partition = system.partition([record])
-    q = np.zeros(record.slow.shape[1])
-    found = system.regressors(record, partition, partition.groups[0].subsystem, q, {})
+    subsystem = partition.groups[0].subsystem
+    found = system.regressors(SimulationInput.undisturbed(record, partition, subsystem))
     assert {f"past of {n}" for n in "abc"} <= set(found)
     assert {f"hysteresis of {n}" for n in "abcx"} <= set(found)
     assert not any(quantity_of(n) in ("level", "shown") and kind_of(n) for n in found)

@@ -11,6 +11,7 @@ from slipbench.command import app
 from slipbench.identification.mismatch.callables.fmu.unpacked import unpacked
 from slipbench.identification.mismatch.runs import read_system
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.callables.fmus.building import (
     BESIDE,
@@ -48,7 +49,7 @@ def fmu(request, folder):
 def shown(system, recording, *effects):
     record = system.prepare(recording)
     there = system.at([], np.zeros(0), effects)
-    return there.simulate(record, CHAIN, "system", np.zeros(record.slow.shape[1]), {})["place"]
+    return there.simulate(SimulationInput.undisturbed(record, CHAIN, "system"))["place"]
 
 
 @pytest.mark.filterwarnings("error")

@@ -8,6 +8,7 @@ from slipbench import InputError, Parameter, recording_of
 from slipbench.identification.mismatch.callables.description import Ports
 from slipbench.identification.mismatch.callables.function_system import function_system
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 
 PERIOD, FINER = 0.01, 20
 INERTIA, LOSS, FRICTION, STRIBECK = 0.5, 0.4, 0.3, 0.4
@@ -48,10 +49,9 @@ def test_friction_outside_of_a_function_is_friction_inside():
     record = there.prepare(recording)
     kind = next(k for k in there.library if k.name == "friction")
     values = {"force": FRICTION, "breakaway": 0.0, "stribeck": STRIBECK}
-    shown = there.at([], np.zeros(0), [kind(**values)]).simulate(
-        record, CHAIN, "system", np.zeros(0), {}
-    )["speed"]
-    without = there.simulate(record, CHAIN, "system", np.zeros(0), {})["speed"]
+    given = SimulationInput.undisturbed(record, CHAIN, "system")
+    with_friction = there.at([], np.zeros(0), [kind(**values)])
+    shown, without = (s.simulate(given)["speed"] for s in (with_friction, there))
     truth = turned(1).channels["speed"].value[1:]
     error, before = (float(np.std(s - truth)) for s in (shown, without))
     print(error, before)

@@ -8,6 +8,7 @@ import pytest
 import slipbench
 from slipbench.identification.mismatch.callables.description import Ports
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME
 from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT
 from tests.identification.mismatch.callables import springs
@@ -43,7 +44,7 @@ def pair(tmp_path_factory):
 def shown(system, recording, *effects):
     record = system.prepare(recording)
     there = system.at([], np.zeros(0), effects)
-    return there.simulate(record, CHAIN, "system", np.zeros(record.slow.shape[1]), {})["place"]
+    return there.simulate(SimulationInput.undisturbed(record, CHAIN, "system"))["place"]
 
 
 def test_without_effects_it_gives_what_its_equations_give(pair):
@@ -168,9 +169,7 @@ def test_without_inputs_the_operating_quantity_is_there_though_it_was_not_record
     ports = Ports((), (role, "place"))
     system = springs.system([both, less], simulate, RELEASED, ports)
     record = system.prepare(less)
-    regressors_there = system.regressors(
-        record, CHAIN, "system", np.zeros(record.slow.shape[1]), {}
-    )
+    regressors_there = system.regressors(SimulationInput.undisturbed(record, CHAIN, "system"))
     assert system.operating not in map(str, record.sensors)
     assert np.allclose(regressors_there[system.operating], 2.0 * regressors_there["place"])
     assert system.direction in regressors_there

@@ -7,6 +7,7 @@ import pytest
 
 from slipbench.identification.mismatch.runs import read_system
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.callables.fmus.building import (
     BESIDE,
@@ -59,7 +60,7 @@ def kind(system, name, at, factor=1.0):
 def shown(system, record, effects=(), **added):
     there = system.at([], np.zeros(0), effects)
     q = np.zeros(record.slow.shape[1])
-    return there.simulate(record, CHAIN, "system", q, added)["place"]
+    return there.simulate(SimulationInput(record, CHAIN, "system", q, added))["place"]
 
 
 @pytest.mark.parametrize(

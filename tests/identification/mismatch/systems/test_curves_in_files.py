@@ -12,6 +12,7 @@ from slipbench.identification.mismatch.reporting.improved import improved_system
 from slipbench.identification.mismatch.runs import read_system
 from slipbench.identification.mismatch.simulation.causal_partition import CausalPartition
 from slipbench.identification.mismatch.simulation.model import Model
+from slipbench.identification.mismatch.simulation.simulation_input import SimulationInput
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.laws.explained import names, reported
@@ -56,7 +57,7 @@ def shown(
     record = system.prepare(swung(5, seconds=3.0))
     quiet = np.zeros(record.slow.shape[1])
     added = {} if waveform is None else {injection_point: waveform}
-    return system.simulate(record, CHAIN, "system", quiet, added)["place"]
+    return system.simulate(SimulationInput(record, CHAIN, "system", quiet, added))["place"]
 
 
 SEAM = '[seams.deflection]\nvalue = "position"'
@@ -220,9 +221,8 @@ def test_a_free_curve_goes_into_the_improved_file_which_simulates_as_the_fit(exp
     there = model.at(fit.point)
     for ride in rides[:2]:
         record = again.prepare(ride)
-        quiet = np.zeros(record.slow.shape[1])
-        one = again.simulate(record, CHAIN, "system", quiet, {})["place"]
-        other = there.simulate(record, CHAIN, "system", quiet, {})["place"]
+        ride_input = SimulationInput.undisturbed(record, CHAIN, "system")
+        one, other = (s.simulate(ride_input)["place"] for s in (again, there))
         assert np.allclose(one, other, atol=1e-6 * np.ptp(other))
 
 
