@@ -165,10 +165,9 @@ def simulation_input(
     subsystem: str,
     extra: Mapping[str, Floats] | None = None,
 ) -> SimulationInput:
-    """Return the input of a simulation, with all values that are added to a record's inputs.
+    """Return the input of a simulation, with the injected waveforms and those of the effects.
 
-    They are injected, of the point's effects, or extra: by name of the input, SI, shape (rows,)
-    each.
+    extra: further waveforms, see `SimulationInput.added`.
     """
     added: dict[str, Floats] = {}
     for waveforms in (*_disturbances(model, point, record), extra or {}):

@@ -15,8 +15,9 @@ from slipbench.plant.signals import Floats
 class SimulationInput:
     """What a system simulates: one subsystem of one record, with its disturbances.
 
-    q: slow disturbance, one value for each column of `record.slow`, shape (K,); added: to columns
-    of the inputs by name, SI, shape (rows,) each.
+    q: slow disturbance, one value for each column of `record.slow`, shape (K,). added: waveforms
+    that are added to inputs of the motorcycle, or at places of a model file, by name, SI, shape
+    (rows,) each.
     """
 
     record: Record
