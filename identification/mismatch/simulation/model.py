@@ -167,7 +167,7 @@ def simulation_input(
 ) -> SimulationInput:
     """Return the input of a simulation, with the injected waveforms and those of the effects.
 
-    extra: further waveforms, see `SimulationInput.added`.
+    extra: further waveforms by name, SI, shape (rows,) each, see `SimulationInput.added`.
     """
     added: dict[str, Floats] = {}
     for waveforms in (*_disturbances(model, point, record), extra or {}):
