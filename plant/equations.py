@@ -236,31 +236,40 @@ def tyre_force(
 ) -> float:
     """F_x = D sin(C atan(B lambda)) [N]; D = mu F_z, B C D = C_kappa (Pacejka).
 
-    Grip moves the peak alone; load moves peak and slope. Departures from the formula are straight
-    between their places.
+    Grip moves the peak alone; load moves peak and slope. Between their places, departures from the
+    formula are cubics with the slopes of central differences (Catmull and Rom, "A class of local
+    interpolating splines", 1974): where the force has a corner, its place is hard to calibrate.
     """
     peak = max(rear_grip * rear_load, 1e-3)
     B = tyre_slip_stiffness * rear_load / (tyre_load * tyre_shape * peak)
     force = peak * math.sin(tyre_shape * math.atan(B * slip))
     eighths = 8.0 * B * tyre_shape * abs(slip)
-    if eighths < 1.0:
-        form = tyre_form_1 * eighths
-    elif eighths < 2.0:
-        form = tyre_form_1 + (tyre_form_2 - tyre_form_1) * (eighths - 1.0)
-    elif eighths < 3.0:
-        form = tyre_form_2 + (tyre_form_3 - tyre_form_2) * (eighths - 2.0)
-    elif eighths < 4.0:
-        form = tyre_form_3 + (tyre_form_4 - tyre_form_3) * (eighths - 3.0)
-    elif eighths < 5.0:
-        form = tyre_form_4 + (tyre_form_5 - tyre_form_4) * (eighths - 4.0)
-    elif eighths < 6.0:
-        form = tyre_form_5 + (tyre_form_6 - tyre_form_5) * (eighths - 5.0)
-    elif eighths < 7.0:
-        form = tyre_form_6 + (tyre_form_7 - tyre_form_6) * (eighths - 6.0)
-    elif eighths < 8.0:
-        form = tyre_form_7 + (tyre_form_8 - tyre_form_7) * (eighths - 7.0)
+    place = math.floor(eighths)
+    way, far = eighths - place, 0.25 * (tyre_form_9 - tyre_form_8)
+    if place < 1.0:
+        before, start, end, after = -tyre_form_1, 0.0, tyre_form_1, tyre_form_2
+    elif place < 2.0:
+        before, start, end, after = 0.0, tyre_form_1, tyre_form_2, tyre_form_3
+    elif place < 3.0:
+        before, start, end, after = tyre_form_1, tyre_form_2, tyre_form_3, tyre_form_4
+    elif place < 4.0:
+        before, start, end, after = tyre_form_2, tyre_form_3, tyre_form_4, tyre_form_5
+    elif place < 5.0:
+        before, start, end, after = tyre_form_3, tyre_form_4, tyre_form_5, tyre_form_6
+    elif place < 6.0:
+        before, start, end, after = tyre_form_4, tyre_form_5, tyre_form_6, tyre_form_7
+    elif place < 7.0:
+        before, start, end, after = tyre_form_5, tyre_form_6, tyre_form_7, tyre_form_8
+    elif place < 8.0:
+        before, start, end, after = tyre_form_6, tyre_form_7, tyre_form_8, tyre_form_8 + far
     else:
-        form = tyre_form_8 + (tyre_form_9 - tyre_form_8) * min(0.25 * (eighths - 8.0), 1.0)
+        before = tyre_form_7 if place < 9.0 else tyre_form_8 + far * min(place - 9.0, 4.0)
+        start = tyre_form_8 + far * min(place - 8.0, 4.0)
+        end = tyre_form_8 + far * min(place - 7.0, 4.0)
+        after = tyre_form_8 + far * min(place - 6.0, 4.0)
+    slope, last, rise = 0.5 * (end - before), 0.5 * (after - start), end - start
+    bend = 3.0 * rise - 2.0 * slope - last
+    form = start + way * (slope + way * (bend + way * (slope + last - 2.0 * rise)))
     force += peak * (form if slip > 0.0 else -form)
     return force
 

@@ -17,7 +17,10 @@ from slipbench.plant.effects.library import LIBRARY, STAND_INS
 SEED = 20261125
 POINTS = 40
 STEP = 1e-6
-POSITIVE = ("step", "tyre_shape", "width", "presliding", "opening", "air_temperature", "body_mass")
+POSITIVE = (
+    *("step", "width", "presliding", "opening", "air_temperature", "body_mass"),
+    *("tyre_shape", "tyre_load", "tyre_slip_stiffness", "rear_load", "rear_grip"),
+)
 PLAIN = [e for e in equations.EQUATIONS if e is not equations.arriving]
 HOOKS = [hook.function for effect in LIBRARY for hook in effect.hooks]
 FLAT = [*PLAIN, *HOOKS, kernel.off_the_stop]
