@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from slipbench.identification.mismatch.simulation.causal_partition import (
     CausalPartition,
     OutputGroup,
+    noise_memory,
 )
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.plant.effects.effect import Effect
@@ -40,21 +41,24 @@ def partition(records: Sequence[Record], order: int = 12) -> CausalPartition:
     command = all(Inputs(r.inputs).throttle_command.any() for r in records)
     subsystems: dict[str, tuple[tuple[str, str], ...]] = {}
     groups: list[OutputGroup] = []
+    memory = noise_memory(records)
     servo = "throttle_position" in available and command
     if servo:
         subsystems["servo"] = ()
-        groups.append(OutputGroup("throttle servo", "servo", ("throttle_position",), order, False))
+        groups.append(
+            OutputGroup("throttle servo", "servo", ("throttle_position",), order, memory, False)
+        )
     driver = next(((s, i) for s, i in LEADS if s in measured), None)
     subsystems["motion"] = (driver,) if driver else ()
     readings = {"engine_speed": ("engine_speed",), "rear": ("rear_teeth", "rear_wheel_speed")}
     excluded = readings.get(driver[0], ()) if driver else ()
     compared = tuple(o for o in SPEEDS if o in available and o not in excluded)
     if compared:
-        groups.append(OutputGroup("motion", "motion", compared, order))
+        groups.append(OutputGroup("motion", "motion", compared, order, memory))
     for wheel in ("rear", "front"):
         if f"{wheel}_tooth_pattern" in available:
             pattern = (f"{wheel}_tooth_pattern",)
-            groups.append(OutputGroup(f"{wheel} encoder", "motion", pattern, 0))
+            groups.append(OutputGroup(f"{wheel} encoder", "motion", pattern, 0, memory))
     return CausalPartition(subsystems, tuple(groups))
 
 

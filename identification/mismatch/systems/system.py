@@ -10,6 +10,7 @@ import numpy as np
 from slipbench.identification.mismatch.simulation.causal_partition import (
     CausalPartition,
     OutputGroup,
+    noise_memory,
 )
 from slipbench.identification.mismatch.simulation.coordinates import (
     NORMAL_95,
@@ -59,8 +60,6 @@ DRIVE = "system"
 ORDER = 12
 BINS_PER_LAG = 60
 """Least number of bins of a recording per lag of its noise model."""
-MEMORY = 1 / 3
-"""Memory of the noise models, in units of `stretch`: errors farther apart correlate little."""
 IMPROVED = "Calibrated on recordings, with the effects found there"
 DISTURBANCE = 0.1
 """Amplitude of a trial input disturbance, in the usual magnitude of its place."""
@@ -259,8 +258,8 @@ class ModelSystem(System):
         common = set.intersection(*(set(r.sensors) for r in records))
         order = max(1, min([ORDER, *(r.grid.bins // BINS_PER_LAG for r in records)]))
         outputs = [name for name in self.file.outputs if name in common]
-        memory = MEMORY * min(r.grid.stretch / r.grid.width for r in records)
-        groups = (OutputGroup(_word(n), DRIVE, (n,), order, memory=memory) for n in outputs)
+        memory = noise_memory(records)
+        groups = (OutputGroup(_word(n), DRIVE, (n,), order, memory) for n in outputs)
         return CausalPartition({DRIVE: ()}, tuple(groups))
 
     def coordinates(
