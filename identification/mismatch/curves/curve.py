@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from slipbench.identification.mismatch.simulation.regressor import curve_waveform, kind_of
-from slipbench.identification.mismatch.thresholds import FALSE_ALARM_RATE
+from slipbench.identification.mismatch.thresholds import FALSE_ALARM_RATE, INDISTINGUISHABLE
 from slipbench.plant.signals import Floats
 
 
@@ -13,7 +13,8 @@ class Curve:
 
     log_likelihood_gain, confirmed: on the training and the held-out recordings, nats. tested:
     expected gain of a correct curve on the held-out recordings, nats. p: p-value of its
-    out-of-sample prediction, family-wise over all curves and the library.
+    out-of-sample prediction, family-wise over all curves and the library. recorded: whether the
+    signal at the place is recorded.
     """
 
     place: str
@@ -26,11 +27,21 @@ class Curve:
     confirmed: float
     tested: float
     p: float
+    recorded: bool = False
 
     @property
     def kind(self) -> str:
         """Kind of the regressor (see `regressor.kind_of`)."""
         return kind_of(self.regressor)
+
+    @property
+    def evidence(self) -> float:
+        """Log-likelihood gain on all recordings, nats, as evidence for the place.
+
+        An error of a sensor is less plausible than missing physics of the same gain.
+        """
+        doubt = INDISTINGUISHABLE if self.recorded else 0.0
+        return self.log_likelihood_gain + self.confirmed - doubt
 
     @property
     def significant(self) -> bool:

@@ -46,7 +46,7 @@ class _Held:
 
 
 def locate(training: Linearization, held_out: Linearization | None) -> list[Curve]:
-    """Fit every curve; the best first, by the gains on both sets of recordings.
+    """Fit every curve; the one with the most evidence for its place first.
 
     The curves of one injection point are tested together; their responses are discarded afterwards
     to limit memory. held_out: linearization of the held-out recordings, if there are any.
@@ -66,7 +66,7 @@ def locate(training: Linearization, held_out: Linearization | None) -> list[Curv
     # Curves over quantities with the same waveform are one test: they have the same gain.
     tests = len({(c.place, c.kind, round(c.log_likelihood_gain, 9)) for c in found})
     corrected = [replace(c, p=min(1.0, c.p * tests / (1.0 - LIBRARY_SHARE))) for c in found]
-    return _simplest(sorted(corrected, key=lambda c: (not c.significant, _sort_key(c))))
+    return _simplest(sorted(corrected, key=lambda c: (not c.significant, -c.evidence)))
 
 
 def _simplest(curves: list[Curve]) -> list[Curve]:
@@ -102,6 +102,7 @@ def _tested_curves(
             h.gain,
             h.worth,
             p,
+            f.place.recorded,
         )
 
 
@@ -124,13 +125,6 @@ def _p(
     return amplitude_p(
         response, residuals, clusters, training.fit.variance_inflation, negligible_amplitude
     )
-
-
-def _sort_key(curve: Curve) -> float:
-    """Return the sort key of curves: the negative gain, limited by the held-out gain."""
-    if curve.tested < CONFIRMED:
-        return -0.5 * curve.log_likelihood_gain
-    return -min(curve.log_likelihood_gain, 3.0 * curve.confirmed + 1e-3 * curve.log_likelihood_gain)
 
 
 def _confirmed(

@@ -160,6 +160,7 @@ def sensors_as_places(fit: Fit) -> list[InjectionPoint]:
             float(np.std(s.value)) + 1e-3,
             b.subsystem,
             negligible=0.002,
+            recorded=True,
         )
         for b in fit.model.partition.groups
         if b.sensors_suspected

@@ -17,7 +17,8 @@ class InjectionPoint:
 
     inputs: inputs of the simulation and their values per unit of the disturbance; the system makes
     columns of them. Empty: a sensor, which responds without a simulation and without delay.
-    negligible: share of the size below which a disturbance is of no interest.
+    negligible: share of the size below which a disturbance is of no interest. recorded: whether the
+    signal there is recorded, so that a disturbance may be an error of its sensor.
     """
 
     name: str
@@ -27,3 +28,4 @@ class InjectionPoint:
     subsystem: str
     inputs: Mapping[str, float] = field(default_factory=dict)
     negligible: float = 0.02
+    recorded: bool = False

@@ -28,7 +28,7 @@ from slipbench.identification.mismatch.simulation.written_units import WrittenUn
 from slipbench.identification.mismatch.systems import placing
 from slipbench.identification.mismatch.systems.board import check_size
 from slipbench.identification.mismatch.systems.delay_times import check_delays, check_length
-from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
+from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT, SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations, equations
 from slipbench.identification.mismatch.systems.model_file import ModelFile, load_model_file
 from slipbench.identification.mismatch.systems.record import (
@@ -326,7 +326,13 @@ class ModelSystem(System):
         """Return the injection points: inputs, seams and rates of states."""
         return [
             InjectionPoint(
-                _word(p.name), p.name, p.unit, DISTURBANCE * p.size, DRIVE, {p.name: 1.0}
+                _word(p.name),
+                p.name,
+                p.unit,
+                DISTURBANCE * p.size,
+                DRIVE,
+                {p.name: 1.0},
+                recorded=p.kind == INPUT,
             )
             for p in placing.places(self.file)
             if p.kind != OUTPUT
