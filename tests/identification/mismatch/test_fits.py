@@ -8,9 +8,8 @@ import pytest
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate, far_from_prior
-from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.linearization import Linearization
-from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.fits import fits_from_the_file, fitted, promising
 from slipbench.identification.mismatch.naming.score import Score, screen
@@ -130,13 +129,6 @@ def test_what_calibration_absorbs_is_followed_along_its_bend(seed):
     assert score.kept < 0.01
     (found,) = refitted.effects
     assert found.effect().growth == pytest.approx(GROWTH, rel=0.25)
-
-
-def test_sensitivities_of_where_a_fit_began_do_not_lead_it_to_its_end():
-    base = grown(1)
-    (score,) = screen(Linearization.of(base), [RadiusGrowth]).scores
-    once = optimize(with_effects(base, (score.candidate,)))
-    assert fitted(base, score.candidate).score > once.score + 20.0
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,7 @@ from slipbench.identification.mismatch.naming.candidates import candidates
 from slipbench.identification.mismatch.naming.fits import (
     by_score,
     fits_from_the_file,
+    fitted,
     promising_fits,
 )
 from slipbench.identification.mismatch.naming.score import screen
@@ -208,6 +209,13 @@ def test_an_effect_is_found_although_calibration_has_made_up_for_it(seed):
 
 def nats_from_here(base: Fit, kind) -> float:
     return optimize(with_effects(base, (kind,))).score - base.score
+
+
+def test_sensitivities_of_where_a_fit_began_do_not_lead_it_to_its_end():
+    base = calibrated_without(1, 0.6)
+    (kind,) = candidates(LoadTransfer)
+    found = fitted(base, kind)
+    assert found.score - base.score > 1.2 * nats_from_here(base, kind)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

@@ -30,7 +30,7 @@ def least_squares(slopes, residuals):
     white = whitener([residuals], LAGS)
     value = 0.5 * (float(np.sum(white(residuals) ** 2)) + white.log_determinant(len(residuals)))
     columns = white(slopes).reshape(residuals.size, -1)
-    block = OutputGroup("motion", "motion", ("speed",), LAGS)
+    block = OutputGroup("motion", "motion", ("speed",), LAGS, np.inf)
     partition = SimpleNamespace(groups=(block,))
     fit = SimpleNamespace(
         model=SimpleNamespace(partition=partition), noise=[white], residuals=[[residuals]]
@@ -91,7 +91,7 @@ def test_what_noise_follows_is_never_more_than_the_whole(seed):
     slopes, residuals = example(seed, 2)
     for memory in (1.0, 5.0, np.inf):
         _, columns, _, fit = least_squares(slopes, residuals)
-        block = OutputGroup("motion", "motion", ("speed",), LAGS, memory=memory)
+        block = OutputGroup("motion", "motion", ("speed",), LAGS, memory)
         fit.model.partition.groups = (block,)
         inside = in_noise(fit, columns)
         eigenvalues = np.linalg.eigvalsh(columns.T @ columns - inside.T @ inside)
