@@ -9,6 +9,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit, whitened_as
 from slipbench.identification.mismatch.fit.least_squares_start import (
     from_its_beginning,
     least_squares_start,
+    other_minimum,
 )
 from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.refit import ROUGHLY, refit_with_updated_jacobian
@@ -56,8 +57,15 @@ def from_another_start(start: Fit) -> Fit:
 
 
 def refined(fit: Fit) -> Fit:
-    """Return the fit reached from one optimized with the sensitivities of another point."""
-    return refit_with_updated_jacobian(fit, ROUGHLY)
+    """Return the best fit reached from one optimized with the sensitivities of another point.
+
+    If the noise model predicts nearly all of the error, plain least squares is tried as well: see
+    `other_minimum`.
+    """
+    new = refit_with_updated_jacobian(fit, ROUGHLY)
+    if not hidden_by_noise(new):
+        return new
+    return _better_of(lambda: other_minimum(fit, new), new)
 
 
 def _better_of(alternative: Callable[[], Fit], fit: Fit) -> Fit:

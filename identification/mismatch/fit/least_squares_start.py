@@ -22,6 +22,9 @@ BEGINNINGS = (1 / 64, 1 / 16, 1 / 4)
 LEAST = 1e-3
 """Share of the error over the whole recordings below which an error of an initial part is
 negligible."""
+OTHER = 0.5
+"""Share of the mean square of a known fit below which plain least squares has found another
+minimum."""
 BETTER = 0.1
 """Share of the mean square by which a round of plain least squares must lower it: on the way to
 another minimum errors fall by factors."""
@@ -36,6 +39,17 @@ def least_squares_start(fit: Fit, rival: float = -np.inf) -> Fit:
     """
     start = renoised(_least_squares(fit, ROUNDS, _negligible_errors(fit)))
     return refit_with_updated_jacobian(start, ROUGHLY, rival)
+
+
+def other_minimum(fit: Fit, known: Fit) -> Fit:
+    """Return the fit reached by plain least squares, if that may be another minimum than a known one.
+
+    In the same minimum the plain error of the known fit is little larger than the least.
+    """
+    plain = _least_squares(fit, ROUNDS, _negligible_errors(fit))
+    if _mean_square(plain.residuals) > OTHER * _mean_square(known.residuals):
+        return known
+    return refit_with_updated_jacobian(renoised(plain), ROUGHLY, known.score)
 
 
 def from_its_beginning(start: Fit) -> Fit:

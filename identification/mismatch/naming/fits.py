@@ -7,6 +7,7 @@ from slipbench.identification.mismatch.fit.calibrate import (
     at_prior_mean,
     far_from_prior,
     from_another_start,
+    hidden_by_noise,
     map_fit,
     refined,
 )
@@ -29,6 +30,8 @@ sign."""
 LONGEST = 8  # largest number of scores fitted
 NEAR = 0.7
 """Share of the best score's gain above which an effect may be indistinguishable from the best."""
+HELD_BACK = 0.2
+"""Share of it above which an effect may be the best although the noise model keeps its fit back."""
 WORTH = 6.0  # nats; score required for a full fit
 UNLIKELY = 0.1
 """p of a score above which an effect cannot be significant: it is negligible, or acts where the
@@ -53,14 +56,20 @@ def promising_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
 def near_ones_refined(base: Fit, rough: Iterable[Fit | None]) -> list[Fit]:
     """Return optimized fits, with the best and those near it refined.
 
-    Updated sensitivities improve a fit only slightly; a fit far behind stays behind.
+    Updated sensitivities improve a fit only slightly; a fit far behind stays behind. Fits that the
+    noise model keeps near their start may be farther behind, unless the best fit is free of that.
     """
     fits = [f for f in rough if f is not None]
     best = max(fits, key=lambda f: _effective_gain(f, base), default=None)
     if best is None:
         return []
-    near = NEAR * _effective_gain(best, base)
-    return in_threads(lambda f: _refined(f) if _effective_gain(f, base) >= near else f, fits)
+    most, hidden = _effective_gain(best, base), hidden_by_noise(best)
+
+    def is_near(fit: Fit) -> bool:
+        gain = _effective_gain(fit, base)
+        return gain >= NEAR * most or (hidden and gain >= HELD_BACK * most and hidden_by_noise(fit))
+
+    return in_threads(lambda f: _refined(f) if is_near(f) else f, fits)
 
 
 def others_refined(base: Fit, tried: Iterable[Fit]) -> list[Fit]:

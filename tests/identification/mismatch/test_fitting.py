@@ -16,7 +16,10 @@ from slipbench.identification.mismatch.fit.calibrate import (
 )
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
 from slipbench.identification.mismatch.fit.held_out import contradicted
-from slipbench.identification.mismatch.fit.least_squares_start import least_squares_start
+from slipbench.identification.mismatch.fit.least_squares_start import (
+    least_squares_start,
+    other_minimum,
+)
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.optimize import after_step, optimize
 from slipbench.identification.mismatch.fit.refit import WORTH_AGAIN, relinearized
@@ -237,6 +240,13 @@ def test_the_predicted_gain_is_largest_for_the_full_step(refit_noise):
     assert slopes.gain(np.zeros_like(full)) == 0.0
     for share in (0.4, 0.9, 1.1, 2.0):
         assert slopes.gain(share * full) < slopes.gain(full)
+
+
+def test_plain_least_squares_in_the_same_minimum_returns_the_known_fit():
+    base = calibrated_without(1, 0.6)
+    assert other_minimum(base, base) is base
+    uncalibrated = start_fit(base.model, base.model.origin())
+    assert other_minimum(uncalibrated, uncalibrated).score > uncalibrated.score
 
 
 def test_a_start_from_the_file_keeps_what_the_file_does_not_tell():

@@ -141,24 +141,29 @@ HERE, ANYWHERE = (Found(),), (Found(Place(10.0)),)
 
 @dataclass(frozen=True)
 class Stand:
-    """Stand-in for a fit."""
+    """Stand-in for a fit. hidden: whether a noise model keeps it at its start."""
 
     score: float
+    hidden: bool = False
     candidates: tuple[Found, ...] = HERE
     slopes: object = BEFORE
 
 
 @pytest.fixture
 def stands(monkeypatch):
+    monkeypatch.setattr(fits, "hidden_by_noise", lambda fit: fit.hidden)
     monkeypatch.setattr(
         fits, "refined", lambda fit: replace(fit, score=fit.score + 1.0, slopes=ANEW)
     )
 
 
-def test_fits_near_to_the_best_are_refined_and_others_left(stands) -> None:
-    rough = [Stand(130.0), None, Stand(120.9), Stand(121.1), Stand(106.1)]
+@pytest.mark.parametrize("hidden", [False, True])
+def test_fits_near_to_the_best_or_held_by_noise_are_refined_and_others_left(stands, hidden) -> None:
+    """Those held by noise only where the best fit is held by it as well."""
+    held = [Stand(106.1, hidden=True), Stand(105.9, hidden=True)]
+    rough = [Stand(130.0, hidden), None, Stand(120.9), Stand(121.1), *held]
     done = near_ones_refined(Stand(100.0, candidates=()), rough)
-    assert [f.score for f in done] == [131.0, 120.9, 122.1, 106.1]
+    assert [f.score for f in done] == [131.0, 120.9, 122.1, 107.1 if hidden else 106.1, 105.9]
 
 
 def test_what_is_found_as_well_anywhere_leads_only_as_far_as_it_counts(stands) -> None:
