@@ -11,9 +11,8 @@ from slipbench.plant.signals import Floats
 class Curve:
     """f(z) at an injection point. knots: of z, SI; values: of f, SI.
 
-    log_likelihood_gain, confirmed: on the training and the held-out recordings, nats. tested:
-    expected gain of a correct curve on the held-out recordings, nats. p: p-value of its
-    out-of-sample prediction, family-wise over all curves and the library. recorded: whether the
+    log_likelihood_gain, confirmed: on the training and the held-out recordings, nats. p: p-value of
+    its out-of-sample prediction, family-wise over all curves and the library. recorded: whether the
     signal at the place is recorded.
     """
 
@@ -25,7 +24,6 @@ class Curve:
     values: Floats
     log_likelihood_gain: float
     confirmed: float
-    tested: float
     p: float
     recorded: bool = False
 

@@ -91,7 +91,6 @@ def fix_external_spline(base: Fit, rough: Fit, held_out: Model | None) -> FreeCu
         0.0,
         0.0,
         0.0,
-        0.0,
     )
     fit = optimize(relinearized(_with_curve(base, rough, place, curve)))
     if held_out is None:

@@ -100,7 +100,6 @@ def _tested_curves(
             f.place.size * f.values,
             f.log_likelihood_gain,
             h.gain,
-            h.worth,
             p,
             f.place.recorded,
         )

@@ -157,6 +157,6 @@ def test_an_error_of_a_sensor_is_in_its_output_alone():
 def test_a_curve_acts_at_a_sensor_unless_its_recording_drives_a_simulation():
     """The motion is driven by the recorded opening: an error of that sensor would act there too."""
     fit = fitted()
-    at_place = Curve("", "", "m/s", "time", np.arange(3.0), np.zeros(3), 20.0, 10.0, 10.0, 1e-3)
+    at_place = Curve("", "", "m/s", "time", np.arange(3.0), np.zeros(3), 20.0, 10.0, 1e-3)
     for output, possible in (("optical_speed", True), ("throttle_position", False)):
         assert bool(injection_of(fit, replace(at_place, place=at_sensor(output)))) == possible

@@ -39,7 +39,7 @@ def test_a_curve_at_a_place_that_moves_no_output_is_not_fitted(spring):
     a = begin(spring, [spring.prepare(recorded(23, seconds=4.0))], [])
     base = calibrate(a.training, a.training.origin())
     knots = np.linspace(-0.4, 0.4, 5)
-    unused = Curve("tilt", "tilt", "rad", "tilt", knots, 0.1 * knots, 20.0, 0.0, 0.0, 0.01)
+    unused = Curve("tilt", "tilt", "rad", "tilt", knots, 0.1 * knots, 20.0, 0.0, 0.01)
     assert spline_in(base, unused) is None
     used = spline_in(base, replace(unused, place="deflection", block="deflection", unit="m"))
     assert used is None or used.score > base.score

@@ -11,7 +11,7 @@ from slipbench.plant.effects.free_curve import KNOTS
 
 def curve(knots: np.ndarray, regressor: str = "force") -> Curve:
     values = np.zeros(knots.size)
-    return Curve("place", "block", "m", regressor, knots, values, 0.0, 0.0, 0.0, 1.0)
+    return Curve("place", "block", "m", regressor, knots, values, 0.0, 0.0, 1.0)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(3, 40))

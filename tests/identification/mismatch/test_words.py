@@ -20,7 +20,7 @@ SHAPES = {
 
 
 def curve(values, knots=Z, regressor="twist"):
-    return Curve("driveline torque", "driveline", "N m", regressor, knots, values, 1, 1, 1, 0.0)
+    return Curve("driveline torque", "driveline", "N m", regressor, knots, values, 1, 1, 0.0)
 
 
 @pytest.mark.parametrize("said", SHAPES)

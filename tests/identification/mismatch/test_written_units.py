@@ -77,7 +77,7 @@ def test_results_are_printed_in_the_units_of_the_file(pendulum):
 
 def test_a_curve_is_the_same_in_the_units_of_the_file(pendulum):
     knots = np.radians(np.linspace(-30.0, 30.0, 7))
-    curve = Curve("deflection", "deflection", "rad", "position", knots, 0.1 * knots, 1, 1, 1, 0.0)
+    curve = Curve("deflection", "deflection", "rad", "position", knots, 0.1 * knots, 1, 1, 0.0)
     read, unit = in_written_units(curve, pendulum)
     assert (unit, read.unit) == ("deg", "deg")
     assert np.allclose(read.knots, np.linspace(-30.0, 30.0, 7))
