@@ -244,7 +244,7 @@ class _Work:
         if not any(slopes) or name in CONSTANT:
             return None
         if name in ("min", "max") and len(values) == 2:
-            test = f"{values[0]} {'<=' if name == 'min' else '>='} {values[1]}"
+            test = f"({values[0]}) {'<=' if name == 'min' else '>='} ({values[1]})"
             return _either(test, *slopes)
         if name == "abs":
             return _product(slopes[0], f"(1.0 if {values[0]} >= 0.0 else -1.0)")

@@ -7,6 +7,8 @@ command that changes inside a step enters that step with its exact area and firs
 stops of the throttle do not bounce.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -129,12 +131,18 @@ def off_the_stop(position: float, rate: float, push: float, step: float) -> tupl
     """Position and rate of a plate that passed a stop in this step; the impact is inelastic.
 
     push: its acceleration at rest on the stop. The plate loses its speed at the stop and, where the
-    acceleration points inwards, leaves it from then on.
+    acceleration points inwards, leaves it from then on. The stop was passed where the parabola with
+    this acceleration through the end of the step crosses it, so that a plate that was about to turn
+    back is stopped at the right instant.
     """
     edge = 0.0 if position < 0.0 else 1.0
-    since = min((position - edge) / rate, step) if rate * (position - edge) > 0.0 else 0.0
-    if push * (0.5 - edge) <= 0.0:
+    inwards = 1.0 - 2.0 * edge
+    force = inwards * push
+    if force <= 0.0:
         return edge, 0.0
+    depth, speed = inwards * (edge - position), -inwards * rate
+    root = math.sqrt(speed * speed + 2.0 * force * depth)
+    since = min(2.0 * depth / (speed + root) if speed > 0.0 else (root - speed) / force, step)
     return edge + 0.5 * push * since * since, push * since
 
 

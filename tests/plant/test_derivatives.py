@@ -122,3 +122,13 @@ def _by_hypot(x: float) -> float:
 def test_an_unknown_call_is_an_error() -> None:
     with pytest.raises(NotImplementedError, match=r"_by_hypot, .*'math.hypot'"):
         gradient(_by_hypot, "made", ["x"])
+
+
+def _at_most(x: float) -> float:
+    return min(3.0 * x if x > 1.0 else 2.0 - x, 6.0)
+
+
+@pytest.mark.parametrize(("x", "slope"), [(0.5, -1.0), (1.5, 3.0), (2.5, 0.0)])
+def test_a_choice_inside_a_minimum_has_the_derivative_of_its_branch(x: float, slope: float) -> None:
+    derived = compiled(_at_most, gradient(_at_most, "made", ["x"]))
+    assert derived(x) == (_at_most(x), slope)

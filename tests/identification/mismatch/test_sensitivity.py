@@ -85,7 +85,7 @@ def test_sensitivities_are_what_smaller_and_smaller_differences_tend_to(
     fine = departures(ours, differences(model, point, monkeypatch, 0.001))
     assert np.quantile(coarse, 0.9) < 0.03
     assert np.quantile(fine, 0.9) < 0.003
-    assert np.median(fine) < 0.2 * np.median(coarse)
+    assert np.mean(fine) < 0.5 * np.mean(coarse)
 
 
 def test_a_number_at_the_end_of_its_range_has_no_slope() -> None:
