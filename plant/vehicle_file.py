@@ -3,7 +3,8 @@ known, effects.
 
 TOML. A parameter is `{ value = 245, unit = "kg", plus_minus = 5 }`; plus_minus is the half width of
 what is reliable with 95 %. Blocks are tables, gears are `[gears]` with keys 1, 2, ...; effects are
-`[[effects]]` with a `name`; `[channels.<name>]` states how a channel is sampled. What is left out
+`[[effects]]` with a `name`; `[engine.full_load]` is a table of the torque over the speed in place
+of the hump's three numbers; `[channels.<name>]` states how a channel is sampled. What is left out
 keeps the default of its block; what is misspelt is an error.
 """
 
@@ -17,17 +18,25 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
+import numpy as np
+
+from slipbench.plant.blocks import Engine
 from slipbench.plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming
+from slipbench.plant.effects.full_load_table import FullLoadTable, full_load_table
 from slipbench.plant.effects.library import BY_NAME
 from slipbench.plant.errors import ParameterError, VehicleFileError, nearest
 from slipbench.plant.motorcycle import BLOCK_NAMES, Motorcycle
 from slipbench.plant.parameters import Block, Parameter, check_word
+from slipbench.plant.signals import Floats
 from slipbench.plant.units import to_si
 
 AnyBlock = TypeVar("AnyBlock", bound=Block)
 TOP = ("name", "description", "gears", "effects", "channels", *BLOCK_NAMES)
 LARGEST = 4_000_000  # bytes of a vehicle file
 QUANTITY = ("value", "unit", "plus_minus")
+FULL_LOAD = {"speed": "rad/s", "torque": "N m"}
+FEWEST = 3  # points of a table of the torque
+HUMP = ("peak_torque", "peak_speed", "torque_width")
 
 
 @dataclass(frozen=True)
@@ -90,9 +99,10 @@ class _Reader:
 
     def vehicle(self, tree: dict[str, Any]) -> Vehicle:
         self.keys(tree, TOP, "")
+        tables = self.full_load(tree)
         blocks = {name: self.block(tree, name) for name in BLOCK_NAMES}
         channels = self.channels(self.table(tree, "channels"))
-        effects = tuple(
+        effects = tables + tuple(
             self.effect(entry, i, channels) for i, entry in enumerate(self.effects(tree))
         )
         gears = {"gears": self.gears(self.table(tree, "gears"))} if "gears" in tree else {}
@@ -121,7 +131,8 @@ class _Reader:
         words: Mapping[str, str] = MappingProxyType({}),
     ) -> Block:
         described = {p.name: p for p in kind.parameters()}
-        self.keys(table, [*described, *kind.words()], path)
+        inner = ("full_load",) if kind is Engine else ()
+        self.keys(table, [*described, *kind.words(), *inner], path)
         own = CHANNEL_UNITS.get(words.get("channel", ""))
         values = {
             name: self.quantity(
@@ -132,6 +143,7 @@ class _Reader:
                 described[name].unit or own,
             )
             for name, entry in table.items()
+            if name not in inner
         }
         return self.made(kind, {**values, **words}, path)
 
@@ -140,6 +152,34 @@ class _Reader:
             return kind(**values)
         except ParameterError as trouble:
             raise self.located(trouble, f"{path}.{trouble.where.split('.')[-1]}") from trouble
+
+    def full_load(self, tree: dict[str, Any]) -> tuple[FullLoadTable, ...]:
+        """The table of the engine's torque, which takes the place of the hump, if there is one."""
+        engine, path = self.table(tree, "engine"), "engine.full_load"
+        if "full_load" not in engine:
+            return ()
+        table = self.table(engine, "full_load", "engine.")
+        self.keys(table, FULL_LOAD, path)
+        if both := [f"engine.{name}" for name in HUMP if name in engine]:
+            raise self.trouble("a hump and a table", path, "one of both", ", ".join(both))
+        speed, torque = (self.column(table, n, path, unit) for n, unit in FULL_LOAD.items())
+        if speed.size != torque.size or speed.size < FEWEST or np.any(np.diff(speed) <= 0.0):
+            expected = f"at least {FEWEST} ascending speeds, and a torque for each"
+            found = {name: column["value"] for name, column in table.items()}
+            raise self.trouble("not a table", path, expected, found)
+        self.known.update({f"engine.{name}": 0.0 for name in HUMP})
+        return (full_load_table(speed, torque),)
+
+    def column(self, table: dict[str, Any], name: str, path: str, unit: str) -> Floats:
+        """A list of numbers with a unit, in SI, shape (points,)."""
+        entry = table.get(name)
+        if not isinstance(entry, dict) or not isinstance(entry.get("value"), list):
+            example = f'{{ value = [1, 2, 3], unit = "{unit}" }}'
+            raise self.trouble("a list of numbers is needed", f"{path}.{name}", example, entry)
+        self.keys(entry, QUANTITY[:2], f"{path}.{name}")
+        points = ({"value": value, "unit": entry.get("unit")} for value in entry["value"])
+        where = f"{path}.{name}"
+        return np.array([self.number(point, "value", where, unit) for point in points])
 
     def effects(self, tree: dict[str, Any]) -> list[dict[str, Any]]:
         entries = tree.get("effects", [])

@@ -29,7 +29,9 @@ Reference
 De Boor, "A Practical Guide to Splines" (2001), on broken lines.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from slipbench.plant.effects.effect import Effect, Hook
 from slipbench.plant.parameters import parameter
@@ -233,7 +235,7 @@ class FreeCurve(Effect):
     block = "driveline"
     shows_in = ("rear_teeth",)
     confused_with = ()
-    hooks = (
+    hooks: ClassVar[tuple[Hook, ...]] = (
         Hook("servo_acceleration", in_the_servo),
         Hook("engine_torque", at_the_crank),
         Hook("spring_torque", in_the_spring),
@@ -241,7 +243,7 @@ class FreeCurve(Effect):
         Hook("tyre_force", in_the_contact),
         Hook("drag_force", on_the_road),
     )
-    helpers = (broken_line, quantity)
+    helpers: ClassVar[tuple[Callable[..., Any], ...]] = (broken_line, quantity)
     tuples = {"knots": Z, "values": F, "seen": SEEN}  # noqa: RUF012
 
     place: float = parameter(1.0, "1", 0.0, 5.0, "where it acts, see PLACES", whole=True)

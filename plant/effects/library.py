@@ -4,6 +4,7 @@ from importlib import import_module
 
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.effects.free_curve import CURVES
+from slipbench.plant.effects.full_load_table import FullLoadTable
 
 NAMES = (
     "rate_limit",
@@ -67,6 +68,6 @@ def _effect(name: str) -> type[Effect]:
 
 
 LIBRARY: tuple[type[Effect], ...] = tuple(_effect(name) for name in NAMES)
-STAND_INS: tuple[type[Effect], ...] = CURVES
-"""Stand in for what has no name; a simulation can have them, but nobody looks for them."""
+STAND_INS: tuple[type[Effect], ...] = (*CURVES, FullLoadTable)
+"""Curves without a name, and tables of a file; a simulation can have them, nobody looks for them."""
 BY_NAME = {effect.name: effect for effect in (*LIBRARY, *STAND_INS)}

@@ -20,26 +20,30 @@ CLOCK = 0.3e-3  # s, prior standard deviation of clock offsets
 
 
 def coordinates(vehicle: Vehicle, gears: Iterable[int], clocks: Iterable[str]) -> list[Coordinate]:
-    """Return the uncertain parameters: of blocks, of the gears in use, and of sensor clocks."""
+    """Return the uncertain parameters: of blocks, of the gears in use, and of sensor clocks.
+
+    Without a half width a value is good to 5 %, and a value of zero is exact, as is a half width of zero.
+    """
     uncertain = []
-    for name, block in vehicle.motorcycle.blocks():
+    for owner, block in vehicle.motorcycle.blocks():
         for p in block.parameters():
-            value = float(getattr(block, p.name))
-            if p.name not in EXACT and (value > 0.0 or f"{name}.{p.name}" in FORMS):
-                uncertain.append(_coordinate(vehicle, name, p.name, value))
-    ratios = vehicle.motorcycle.gears
-    uncertain += [_coordinate(vehicle, "gears", str(g), ratios[g - 1]) for g in sorted(set(gears))]
+            value, key = float(getattr(block, p.name)), f"{owner}.{p.name}"
+            half_width = vehicle.plus_minus.get(key, FORMS.get(key, STATED_SHARE * value))
+            if p.name not in EXACT and half_width > 0.0:
+                uncertain.append(_coordinate(owner, p.name, value, half_width))
+    for gear in sorted(set(gears)):
+        ratio = vehicle.motorcycle.gears[gear - 1]
+        half_width = vehicle.plus_minus.get(f"gears.{gear}", STATED_SHARE * ratio)
+        uncertain.append(_coordinate("gears", str(gear), ratio, half_width))
     return uncertain + [
         Coordinate(CLOCK_OWNER, name, 0.0, CLOCK, True) for name in sorted(set(clocks))
     ]
 
 
-def _coordinate(vehicle: Vehicle, owner: str, name: str, value: float) -> Coordinate:
-    key = f"{owner}.{name}"
-    if key in FORMS:
-        half_width = vehicle.plus_minus.get(key, FORMS[key])
+def _coordinate(owner: str, name: str, value: float, half_width: float) -> Coordinate:
+    """An error is a factor, unless the value is zero or may have either sign."""
+    if f"{owner}.{name}" in FORMS or value == 0.0:
         return Coordinate(owner, name, value, half_width / NORMAL_95, True)
-    half_width = vehicle.plus_minus.get(key, STATED_SHARE * value)
     return Coordinate(owner, name, value, half_width / (NORMAL_95 * value))
 
 

@@ -4,7 +4,7 @@ Inputs are echoed and measured signals, on the bus clock less the latency that t
 states; commands are held. The sensors hold the outputs with which a simulation is compared.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -57,6 +57,9 @@ SPEEDS = (
     "rear_wheel_speed",
     "front_wheel_speed",
 )
+COMPARED = ("spark_command", "spark_advance", "lean_angle")
+"""Physical quantities beside speeds that the simulation or its curves depend on."""
+PHYSICAL_UNITS = ("K", "Pa", "m", "rad", "rad/s", "m/s", "m/s^2", "A")
 WHEELS = ("rear", "front")
 TRUE_SPEED = ("front", "optical_speed", "gnss_speed", "vehicle_speed")
 """Sources of the speed that drives the warm-up of a simulation, best first."""
@@ -65,7 +68,7 @@ TRUE_SPEED = ("front", "optical_speed", "gnss_speed", "vehicle_speed")
 def prepare(recording: Recording, vehicle: Vehicle) -> Record:
     """Prepare a recording. Raises InputError where it is too short or no channel is comparable."""
     data = aligned(without_dead(recording))
-    left_out = tuple(f"{role}: {why}" for role, why in data.absent.items())
+    left_out = (*(f"{role}: {why}" for role, why in data.absent.items()), *_without_equation(data))
     base = dataset(data)
     start, end = _window(data, base)
     start += _phase_of_commands(data, vehicle, start)
@@ -87,6 +90,16 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
     return Record(
         recording.folder.name, start, grid, inputs.table, measured, sensors, slow, left_out=left_out
     )
+
+
+def _without_equation(data: Aligned) -> Iterator[str]:
+    """Yield what says which physical quantities moved and are in no equation of a vehicle file."""
+    channels = data.recording.channels
+    moved = {r for r in data.time if channels[r].value.size and np.ptp(channels[r].value) > 0.0}
+    physical = {role for role in moved if channels[role].unit in PHYSICAL_UNITS}
+    roles = sorted(physical - {*SPEEDS, *COMPARED})
+    if roles:
+        yield f"{', '.join(roles)}: recorded, but no equation of a vehicle file has it"
 
 
 def without_dead(recording: Recording) -> Recording:

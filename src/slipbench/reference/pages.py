@@ -78,8 +78,9 @@ def pages() -> tuple[Page, ...]:
         Page(
             "vehicle.md",
             "Vehicle file",
-            f"Parameters of one motorcycle, and how well they are known. {THREE_PARTS} What is left"
-            " out keeps its default. [Effects](vehicle_effects.md) have a page of their own.",
+            f"Parameters of one motorcycle, and how well they are known. {THREE_PARTS} A"
+            " number without `plus_minus` is taken as good to 5 %, a 0 as exact; `plus_minus = 0` is"
+            " exact. What is left out keeps its default. [Effects](vehicle_effects.md) have a page of their own.",
             "plant/vehicle_file.py",
             vehicle_tables(),
         ),

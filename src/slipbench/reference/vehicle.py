@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from slipbench.identification.mismatch.systems.effects.library import LIBRARY as OF_MODELS
+from slipbench.plant.blocks import Engine
 from slipbench.plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming
 from slipbench.plant.effects.library import LIBRARY
 from slipbench.plant.motorcycle import Motorcycle
@@ -65,7 +66,14 @@ def _gears() -> Table:
 
 def _block(title: str, block: Block) -> Table:
     default = {p.name: getattr(block, p.name) for p in block.parameters()}
-    return Table(title, prose(type(block)), tuple(_rows(block.parameters(), default)))
+    rows = (*_rows(block.parameters(), default), *(FULL_LOAD if isinstance(block, Engine) else ()))
+    return Table(title, prose(type(block)), rows)
+
+
+FULL_LOAD = (
+    Key("full_load.speed", "rad/s", "none", "ascending", "list of the speeds of a torque table"),
+    Key("full_load.torque", "N m", "none", "3 or more", "list of the torques at full load"),
+)
 
 
 def _effect(effect: type[Block]) -> Table:

@@ -70,3 +70,18 @@ def test_a_simulation_is_led_in_at_the_speed_at_which_a_grown_and_leant_wheel_ro
     assert found == pytest.approx(speed, rel=3e-4)
     bare = rolling(record, vehicle.motorcycle, wheel, speed / radius)
     assert bare == pytest.approx(speed / radius * nominal)
+
+
+def test_recorded_quantities_without_an_equation_are_told(tmp_path):
+    case = draw_case(SEED, 0)
+    write_run(tmp_path / "one", case.truth, case.faults, case.training[1], dict(case.vehicle))
+    recording, vehicle = read(tmp_path / "one"), load_vehicle(tmp_path / "one" / VEHICLE)
+    warm = replace(recording.channels["engine_speed"], unit="K")
+    resting = replace(warm, value=np.full_like(warm.value, 300.0))
+    more = {"intake_temperature": warm, "rear_tyre_temperature": warm, "oil_temperature": resting}
+    channels = {**recording.channels, **more}
+    record = prepare(replace(recording, channels=channels), vehicle)
+    (told,) = (why for why in record.left_out if "no equation" in why)
+    assert told == (
+        "intake_temperature, rear_tyre_temperature: recorded, but no equation of a vehicle file has it"
+    )
