@@ -216,7 +216,10 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
         yield f"  {INTERVALS}"
     for accepted_name, nats_behind in verdict.rivals.items():
         others = ", ".join(f"{n} ({lower(nats)})" for n, nats in nats_behind.items())
-        yield f"  competing explanations of {accepted_name}: {others or 'none'}"
+        if verdict.effects:
+            yield f"  competing explanations of {accepted_name}: {others or 'none'}"
+        else:
+            yield f"  withdrawn, as a residual remains: {accepted_name}; in its place {others or 'none'}"
 
 
 def lower(nats: float) -> str:
@@ -285,13 +288,17 @@ def far_in_words(far: Sequence[FarParameter]) -> str:
 
 
 def left_out(verdict: Verdict) -> Iterator[str]:
-    """Yield each reason for data that was not used, with the recordings concerned."""
-    names_by_reason: dict[str, list[str]] = {}
+    """Yield each reason for data that was not used, with the channels and recordings concerned."""
+    recordings: dict[tuple[str, str], list[str]] = {}
     for message in verdict.left_out:
-        name, _, reason = message.partition(": ")
-        names_by_reason.setdefault(reason, []).append(name)
-    for reason, names in names_by_reason.items():
-        yield f"{reason} ({', '.join(names)})"
+        recording, _, rest = message.partition(": ")
+        channel, _, reason = rest.partition(": ")
+        recordings.setdefault((channel, reason), []).append(recording)
+    channels: dict[tuple[str, str], list[str]] = {}
+    for (channel, reason), concerned in recordings.items():
+        channels.setdefault((reason, ", ".join(concerned)), []).append(channel)
+    for (reason, names), absent in channels.items():
+        yield f"{', '.join(absent)}{f': {reason}' if reason else ''} ({names})"
 
 
 def remains(residual: Remains) -> str:

@@ -61,7 +61,7 @@ def _label(axes: Axes, curve: Curve, unit: str) -> None:
             ylabel=f"{curve.place} / {curve.unit}",
         )
     elif curve.kind == SCALE:
-        axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place}, relative {curve.regressor}")
+        axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place}, relative change")
     else:
         axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
 

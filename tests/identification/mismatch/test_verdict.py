@@ -197,10 +197,17 @@ def test_what_was_left_out_of_several_recordings_is_said_once():
     result = Verdict(
         False,
         1.0,
-        left_out=("a: no lean_angle: nobody sends it", "b: no lean_angle: nobody sends it", "b: x"),
+        left_out=(
+            *("a: lean_angle: nobody sends it", "b: lean_angle: nobody sends it", "b: x"),
+            *("a: brake: nobody sends it", "b: brake: nobody sends it", "b: gear: nobody sends it"),
+        ),
     )
-    assert list(left_out(result)) == ["no lean_angle: nobody sends it (a, b)", "x (b)"]
-    assert sum("left out" in line for line in lines(result)) == 2
+    assert list(left_out(result)) == [
+        "lean_angle, brake: nobody sends it (a, b)",
+        "x (b)",
+        "gear: nobody sends it (b)",
+    ]
+    assert sum("left out" in line for line in lines(result)) == 3
 
 
 def test_places_are_made_before_the_work_and_refused_before_it(tmp_path):
