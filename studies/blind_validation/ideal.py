@@ -23,7 +23,7 @@ from slipbench.identification.mismatch.simulation.sampling import into_bins
 from slipbench.identification.mismatch.simulation.sensor import Sensor
 from slipbench.studies.blind_validation.generator.case import Case, secret_of
 from slipbench.studies.blind_validation.generator.fault_type import SERVO
-from slipbench.studies.blind_validation.generator.fault_types import Hidden
+from slipbench.studies.blind_validation.generator.fault_types import BY_NAME, Hidden
 from slipbench.studies.blind_validation.generator.filters import LAG, filtered
 from slipbench.studies.blind_validation.generator.instruments import (
     TEETH,
@@ -55,6 +55,8 @@ COLUMNS = {
 }
 CHANNELS = {"throttle": "throttle_position"}
 """Channels of columns that bear another name."""
+QUADRATURE = np.pi / 4.0
+"""Angle of the crank by which the second order is a quarter of its period ahead, rad."""
 Effects = tuple[Hidden, ...]
 
 
@@ -107,6 +109,12 @@ class Shown:
         return np.asarray(interpolate.CubicSpline(trajectory.time, values)(self.time))
 
 
+def crank_angle(course: Course) -> Floats:
+    """Angle of the crank since the start at each row of a simulated run, rad, (T,)."""
+    mean = 0.5 * (course.crank_speed[1:] + course.crank_speed[:-1])
+    return np.concatenate([[0.0], np.cumsum(mean * np.diff(course.time))])
+
+
 @dataclass(frozen=True, eq=False)
 class Observer:
     """Changes by hidden effects in the trials of a case. rides: those simulated so far."""
@@ -119,11 +127,14 @@ class Observer:
         """Log-likelihood gain of a fit to recordings without the known effects, nats.
 
         fit: that fit, if there is one. Where another trajectory of the ride makes it worse, the
-        shape of the difference counts, at the magnitude that fits best.
+        shape of the difference counts, at the magnitude that fits best; if it goes with an angle, at
+        the phase that fits best, since clocks are off by a part of a turn.
         """
         found = fit or self.fitted(base, known)
-        shape = of_its_shape(base, self.difference(base.model, self._absent(known)))
-        return max(found.score - base.score, shape)
+        absent = self._absent(known)
+        angles = (0.0, QUADRATURE) if self._by_angle else (0.0,)
+        shapes = [self.difference(base.model, absent, ahead) for ahead in angles]
+        return max(found.score - base.score, of_shapes(base, shapes))
 
     def fitted(self, base: Fit, known: Effects, start: Fit | None = None) -> Fit:
         """Fit to the recordings without the known effects, from the point of another fit."""
@@ -162,11 +173,16 @@ class Observer:
             self.rides[r, None] = course_of(self.case.truth, self.case.faults, self.trials[r])[0]
         return self.rides[r, None]
 
-    def difference(self, model: Model, absent: Effects) -> Series:
+    @property
+    def _by_angle(self) -> bool:
+        return any(BY_NAME[h.kind].by_angle for h in self.case.hidden)
+
+    def difference(self, model: Model, absent: Effects, ahead: float = 0.0) -> Series:
         """Contribution of the effects that are not absent to the recordings.
 
         (T, m) by output group and record, in the unit of each output. What the plate does is
-        measured, so effects of the servo appear in its group alone.
+        measured, so effects of the servo appear in its group alone. ahead: rad, by which the crank is
+        ahead of the recording, for effects that go with its angle.
         """
         hidden = self.case.hidden
         servo = tuple(h for h in hidden if h in absent or h.places == (SERVO,))
@@ -175,7 +191,7 @@ class Observer:
             without = absent if block.subsystem == "servo" else servo
             found.append([])
             for r, record in enumerate(model.records):
-                there, bare = (self._shown(r, record, e) for e in (hidden, without))
+                there, bare = (self._shown(r, record, e, ahead) for e in (hidden, without))
                 change = np.column_stack(
                     [
                         record.sensors[o].observe(there) - record.sensors[o].observe(bare)
@@ -188,8 +204,21 @@ class Observer:
                 found[b].append(change * model.known_bins[b][r])
         return found
 
-    def _shown(self, r: int, record: Record, effects: Effects) -> Shown:
-        return Shown(self.case.truth, self.ride(r, effects), record.time + record.start)
+    def _shown(self, r: int, record: Record, effects: Effects, ahead: float = 0.0) -> Shown:
+        return Shown(self.case.truth, self.ride(r, effects), self._time(r, record, ahead))
+
+    def _time(self, r: int, record: Record, ahead: float) -> Floats:
+        """Time in the rides of each row, s, (T,): that of the row, or where the crank is as recorded.
+
+        Bumps and combustion noise move the crank by radians within seconds. What an effect does at an
+        angle, it does in the recording when the crank has that angle there.
+        """
+        time = record.time + record.start
+        if not self._by_angle:
+            return time
+        ride, recorded = self.ride(r, self.case.hidden), self.recorded(r)
+        turned = ahead + np.interp(time, recorded.time, crank_angle(recorded))
+        return np.interp(turned, crank_angle(ride), ride.time)
 
     def _of_disc(self, sensor: Sensor, absent: Effects) -> Floats | float:
         """Change that hidden effects of a toothed disc make in its output, shape (T,); 0: none."""
@@ -237,10 +266,10 @@ class Observer:
         return replace(record, measured=measured)
 
 
-def of_its_shape(base: Fit, difference: Series) -> float:
-    """Log-likelihood gain of a trajectory of this shape with fitted magnitude, nats."""
+def of_shapes(base: Fit, shapes: Sequence[Series]) -> float:
+    """Log-likelihood gain of trajectories of these shapes with fitted magnitudes, nats."""
     linear = Linearization.of(base)
-    projected = linear.nuisances.project_out(whiten_and_stack(base.model, base.noise, difference))
-    return float(projected @ linear.residuals) ** 2 / max(
-        2.0 * float(projected @ projected), 1e-300
-    )
+    whitened = [whiten_and_stack(base.model, base.noise, shape) for shape in shapes]
+    projected = np.column_stack([linear.nuisances.project_out(one) for one in whitened])
+    size, *_ = np.linalg.lstsq(projected, linear.residuals, rcond=None)
+    return 0.5 * float(np.sum((projected @ size) ** 2))

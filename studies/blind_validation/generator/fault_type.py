@@ -25,6 +25,7 @@ class FaultType:
     intervals can be compared. quiet: hidden from any usual trial, or left to chance; no part of
     pairs.
     needs: excitation without which it does not show at all (for cases that do not excite it).
+    by_angle: goes with the angle of crank or wheel.
     memory: the response depends on the past (delay, lag, hysteresis, heat). own: shapes that the
     library's formula lacks. inside: the library has it. near: names of the library that describe an
     effect outside of it fairly, so that they are no wrong names.
@@ -41,6 +42,7 @@ class FaultType:
     needs: bool = False
     inside: bool = True
     memory: bool = False
+    by_angle: bool = False
     own: Mapping[str, Shape] = field(default_factory=dict)
     near: tuple[str, ...] = ()
 

@@ -157,6 +157,7 @@ LIBRARY: tuple[FaultType, ...] = (
         (ENGINE, ENGINE_SPEED),
         {"share": ("firing", 0.3, 1.0), "spread": ("firing_spread", 0.015, 0.05)},
         quiet=True,
+        by_angle=True,
     ),
     one_size(
         "compression_torque",
@@ -166,10 +167,19 @@ LIBRARY: tuple[FaultType, ...] = (
         parameter="swing",
         to="compression",
         quiet=True,
+        by_angle=True,
         like=(),
     ),
     one_size(
-        "chain_polygon", (DRIVE,), 1e-3, 3e-3, parameter="ripple", to="polygon", quiet=True, like=()
+        "chain_polygon",
+        (DRIVE,),
+        1e-3,
+        3e-3,
+        parameter="ripple",
+        to="polygon",
+        quiet=True,
+        by_angle=True,
+        like=(),
     ),
     one_size("backlash", (DRIVE,), 2e-3, 8e-3, parameter="slack", to="slack", memory=True),
     one_size("hardening_cush", (DRIVE,), 30.0, 150.0, parameter="hardening", to="hardening"),

@@ -59,6 +59,7 @@ STALE = Hidden("stale_frames", "moderate", "optical_speed", {"share": 0.1})
 TOOTH = Hidden("tooth_misplacement", "moderate", "rear_encoder", {"displacement": 1e-3, "tooth": 5})
 FRONT_TOOTH = replace(TOOTH, subject="front_encoder")
 OIL = Hidden("cold_oil_drag", "moderate", "", {"torque": 4.0, "time": 3.0})
+COMPRESSION = Hidden("compression_torque", "moderate", "", {"swing": 40.0})
 MEAN = Hidden("moving_average", "moderate", "optical_speed", {"window": 40e-3})
 
 
@@ -149,3 +150,13 @@ def test_the_gain_is_that_of_a_whole_calibration_without_the_effect(tmp_path: Pa
     assert found.gain > 100.0
     assert found.gain == pytest.approx(whole, rel=0.1)
     assert found.each == (found.gain,)
+
+
+@pytest.mark.parametrize("combustion", [1e-12, 0.03])
+def test_combustion_noise_hides_no_effect_that_goes_with_the_crank_angle(
+    combustion: float, tmp_path: Path
+) -> None:
+    """It moves the crank by radians within seconds; the phase of the recording is not lost."""
+    case = case_with(COMPRESSION, combustion=combustion)
+    model = model_of(case, tmp_path / "case")
+    assert ideal(case, calibrate(model, model.origin())).gain > 200.0
