@@ -2,8 +2,8 @@
 
 The difference that the hidden effects make is taken out of the generator, whose formulas are the
 true ones, without noise, and subtracted from the recordings; then the model of the analysis is
-fitted once more, from its own calibration and with its own sensitivities. No effect of the library
-is fitted, so that an observation costs a few simulations and says nothing about the library.
+calibrated anew, from the values of its file. No effect of the library is fitted, so that an
+observation says nothing about the library.
 """
 
 from collections.abc import Sequence
@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy import interpolate
 
+from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import refit_on
 from slipbench.identification.mismatch.fit.linearization import Linearization
@@ -78,13 +79,20 @@ def ideal(case: Case, base: Fit) -> Ideal:
         gain = observer.worth(base, case.hidden, whole)
         return Ideal(gain, (gain,))
     others = [tuple(h for h in case.hidden if h is not one) for one in case.hidden]
-    fits = [observer.fitted(base, known) for known in others]
+    fits = [
+        max(observer.fitted(base, known), observer.fitted(base, known, whole), key=_score)
+        for known in others
+    ]
     # Who knows more cannot gain less: a fit that does has stopped on its way.
     further = [observer.fitted(base, case.hidden, f) for f in fits if f.score > whole.score]
-    whole = max((whole, *further), key=lambda f: f.score)
+    whole = max((whole, *further), key=_score)
     known = [observer.worth(base, k, f) for k, f in zip(others, fits, strict=True)]
     gain = max(observer.worth(base, case.hidden, whole), *known)
     return Ideal(gain, tuple(gain - k for k in known))
+
+
+def _score(fit: Fit) -> float:
+    return fit.score
 
 
 def on_held_out(case: Case, base: Fit, held_out: Model) -> float:
@@ -137,7 +145,7 @@ class Observer:
         return max(found.score - base.score, of_shapes(base, shapes))
 
     def fitted(self, base: Fit, known: Effects, start: Fit | None = None) -> Fit:
-        """Fit to the recordings without the known effects, from the point of another fit."""
+        """Fit to the recordings without the known effects: a calibration, or from another fit."""
         absent = self._absent(known)
         difference = self.difference(base.model, absent)
         records = [self.led_in(r, i, absent) for i, r in enumerate(base.model.records)]
@@ -146,10 +154,11 @@ class Observer:
             [m - d for m, d in zip(ms, ds, strict=True)]
             for ms, ds in zip(base.model.measured, difference, strict=True)
         ]
-        begun = start or base
-        predicted = predict(cleared, begun.point)
-        start = Fit(cleared, begun.point, predicted, begun.noise, base.slopes)
-        return optimize(replace(start, slopes_at=base.taken_at))
+        if start is None:  # the effect may have held the base far from the truth
+            return calibrate(cleared, cleared.origin())
+        predicted = predict(cleared, start.point)
+        begun = Fit(cleared, start.point, predicted, start.noise, start.slopes)
+        return optimize(replace(begun, slopes_at=start.taken_at))
 
     def _absent(self, known: Effects) -> Effects:
         return tuple(h for h in self.case.hidden if h not in known)

@@ -60,6 +60,8 @@ TOOTH = Hidden("tooth_misplacement", "moderate", "rear_encoder", {"displacement"
 FRONT_TOOTH = replace(TOOTH, subject="front_encoder")
 OIL = Hidden("cold_oil_drag", "moderate", "", {"torque": 4.0, "time": 3.0})
 COMPRESSION = Hidden("compression_torque", "moderate", "", {"swing": 40.0})
+HARD = Hidden("hardening_cush", "moderate", "", {"hardening": 208.0})
+SCALE = Hidden("optical_scale", "moderate", "", {"error": -5e-3})
 MEAN = Hidden("moving_average", "moderate", "optical_speed", {"window": 40e-3})
 
 
@@ -160,3 +162,12 @@ def test_combustion_noise_hides_no_effect_that_goes_with_the_crank_angle(
     case = case_with(COMPRESSION, combustion=combustion)
     model = model_of(case, tmp_path / "case")
     assert ideal(case, calibrate(model, model.origin())).gain > 200.0
+
+
+def test_what_calibration_absorbs_is_worth_nothing_beside_another_effect(tmp_path: Path) -> None:
+    """Radii and ratios make up for a scale of the optical speed, however large the other effect is."""
+    case = case_with(HARD, SCALE, combustion=0.03)
+    model = model_of(case, tmp_path / "case")
+    hard, scale = ideal(case, calibrate(model, model.origin())).each
+    assert hard > 500.0
+    assert scale < 8.0
