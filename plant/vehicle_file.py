@@ -172,13 +172,12 @@ class _Reader:
 
     def column(self, table: dict[str, Any], name: str, path: str, unit: str) -> Floats:
         """A list of numbers with a unit, in SI, shape (points,)."""
-        entry = table.get(name)
+        entry, where = table.get(name), f"{path}.{name}"
         if not isinstance(entry, dict) or not isinstance(entry.get("value"), list):
             example = f'{{ value = [1, 2, 3], unit = "{unit}" }}'
-            raise self.trouble("a list of numbers is needed", f"{path}.{name}", example, entry)
-        self.keys(entry, QUANTITY[:2], f"{path}.{name}")
+            raise self.trouble("a list of numbers is needed", where, example, entry)
+        self.keys(entry, QUANTITY[:2], where)
         points = ({"value": value, "unit": entry.get("unit")} for value in entry["value"])
-        where = f"{path}.{name}"
         return np.array([self.number(point, "value", where, unit) for point in points])
 
     def effects(self, tree: dict[str, Any]) -> list[dict[str, Any]]:

@@ -34,7 +34,8 @@ def coordinates(vehicle: Vehicle, gears: Iterable[int], clocks: Iterable[str]) -
     for gear in sorted(set(gears)):
         ratio = vehicle.motorcycle.gears[gear - 1]
         half_width = vehicle.plus_minus.get(f"gears.{gear}", STATED_SHARE * ratio)
-        uncertain.append(_coordinate("gears", str(gear), ratio, half_width))
+        if half_width > 0.0:
+            uncertain.append(_coordinate("gears", str(gear), ratio, half_width))
     return uncertain + [
         Coordinate(CLOCK_OWNER, name, 0.0, CLOCK, True) for name in sorted(set(clocks))
     ]

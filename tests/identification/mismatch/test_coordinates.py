@@ -34,6 +34,12 @@ def test_a_half_width_of_zero_is_exact_and_so_is_a_zero_without_one() -> None:
     assert "throttle_servo.delay" not in {k.key for k in coordinates(silent, (), ())}
 
 
+def test_an_exact_gear_ratio_is_not_uncertain() -> None:
+    exact = replace(nominal(), plus_minus={**nominal().plus_minus, "gears.2": 0.0})
+    keys = [[k.key for k in coordinates(v, (2, 3), ())] for v in (nominal(), exact)]
+    assert set(keys[0]) - set(keys[1]) == {"gears.2"}
+
+
 def test_a_delay_of_zero_with_a_half_width_moves_by_it_and_never_below_zero() -> None:
     vehicle = with_delay(0.0, 4e-3)
     (known,) = (k for k in coordinates(vehicle, (), ()) if k.key == "throttle_servo.delay")
